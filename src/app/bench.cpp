@@ -1,0 +1,167 @@
+#include "app/commands.hpp"
+#include "base/array.hpp"
+#include "base/lanes.hpp"
+#include "base/parallel.hpp"
+#include "io/file.hpp"
+#include "io/schema.hpp"
+#include "method/explicit.hpp"
+#include "ordo_version.hpp"
+#include "particles/seeding.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+
+namespace ordo::app {
+
+namespace {
+
+std::string build_flags()
+{
+    std::string flags = "g++ " __VERSION__;
+#if defined(__clang__)
+    flags = __VERSION__;
+#endif
+#if defined(__AVX512F__)
+    flags += ", AVX-512";
+#elif defined(__AVX2__)
+    flags += ", AVX2";
+#endif
+#if defined(ORDO_OPENMP)
+    flags += ", OpenMP";
+#endif
+#if defined(ORDO_CONTRACTS)
+    flags += ", contracts";
+#endif
+    return flags;
+}
+
+void emit(const BenchOptions& options, const std::string& json, const std::string& text)
+{
+    if (!options.json) {
+        fmt::print("{}", text);
+    } else if (*options.json == "-") {
+        fmt::print("{}", json);
+    } else {
+        io::AtomicFile file(*options.json);
+        file.write(json);
+        file.commit();
+    }
+}
+
+double seconds_since(std::chrono::steady_clock::time_point begin)
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+/// A block of 3/4 of a unit box, 2^D particles a cell, vibrating a little: the problem of the project's speed targets.
+template <int D>
+int bench_method(const BenchOptions& options, const MethodSpec& spec)
+{
+    const double per_axis = std::pow(options.particles, 1.0 / D) / 2;  // cells along a side of the block
+    const int n           = std::max(8, static_cast<int>(std::lround(per_axis / 0.75 / 8)) * 8);
+    const double h        = 1.0 / n;
+    const double E = 1e6, nu = 0.3;
+    Model<D> model{};
+    model.method    = spec;
+    model.h         = Vec<D>::filled(h);
+    model.cells     = Index<D>::filled(n);
+    model.materials = {{MaterialModel::neo_hookean, 1e3, E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))}};
+    model.body_forces.resize(1);
+
+    const auto seeds = fill_box(Bounds<D>{Vec<D>::filled(n / 8 * h), Vec<D>::filled((n - n / 8) * h)}, SubCells<D>{Vec<D>{}, model.h, Index<D>::filled(2)});
+    Particles<D> p(static_cast<int>(seeds.size()), field_groups(model));
+    for (int i = 0; i < p.count; ++i) {
+        p.x[i]    = seeds[i].x;
+        p.v[i][0] = 0.01 * std::sin(6 * p.x[i][0]);
+        p.V0[i]   = seeds[i].volume;
+        p.m[i]    = seeds[i].volume * model.materials[0].density;
+        p.id[i]   = i;
+        if (!p.half0.empty()) p.half0[i] = Vec<D>::filled(h / 4);
+        if (!p.edges0.empty()) p.edges0[i] = seeds[i].edges;
+    }
+    Explicit<D> method(std::move(model));
+    State<D> s      = method.start(std::move(p));
+    const double dt = 0.2 * h / std::sqrt(E / 1e3);
+    method.step(s, dt);  // touches all memory
+    StageTimes times;
+    method.measure(&times);
+    const auto begin = std::chrono::steady_clock::now();
+    for (int k = 0; k < options.steps; ++k) method.step(s, dt);
+    const double seconds = seconds_since(begin);
+
+    const double work  = static_cast<double>(s.particles.count) * options.steps;
+    const double bytes = static_cast<double>(s.particles.bytes_per_particle());
+    double named       = 0;
+    std::string json   = fmt::format("{{\"method\": \"{}\", \"dim\": {}, \"particles\": {}, \"cells_per_axis\": {}, \"steps\": {}, \"threads\": {},\n \"seconds\": {}, \"particle_steps_per_second\": {},\n \"ns_per_particle\": {{",
+                                     options.method, D, s.particles.count, n, options.steps, thread_count(), seconds, work / seconds);
+    std::string text = fmt::format("{} {}D: {} particles, {} steps, {} thread{}: {:.2f} M particle-steps/s\n", options.method, D, s.particles.count,
+                                   options.steps, thread_count(), thread_count() > 1 ? "s" : "", work / seconds / 1e6);
+    for (int k = 0; k < StageTimes::count; ++k) {
+        named += times.seconds[k];
+        json += fmt::format("\"{}\": {}, ", StageTimes::names[k], 1e9 * times.seconds[k] / work);
+        text += fmt::format("  {:<8} {:7.1f} ns per particle\n", StageTimes::names[k], 1e9 * times.seconds[k] / work);
+    }
+    json += fmt::format("\"other\": {}}},\n \"bytes_per_particle\": {}, \"version\": \"{}\", \"commit\": \"{}\", \"build\": \"{}\"}}\n",
+                        1e9 * (seconds - named) / work, bytes, ORDO_VERSION, ORDO_COMMIT, build_flags());
+    text += fmt::format("  {:<8} {:7.1f} ns per particle\n  {} bytes per particle; {}\n", "other", 1e9 * (seconds - named) / work, bytes, build_flags());
+    emit(options, json, text);
+    return 0;
+}
+
+/// Peak of fused multiply-adds and bandwidth of a triad, over all threads.
+int bench_machine(const BenchOptions& options)
+{
+    const int threads = thread_count();
+    // Independent chains hide the latency of the multiply-add.
+    constexpr int chains = 12;
+    constexpr long turns = 20'000'000;
+    std::vector<double> sums(static_cast<std::size_t>(threads));
+    auto begin = std::chrono::steady_clock::now();
+    parallel_for(threads, [&](std::ptrdiff_t t) {
+        Lanes x[chains];
+        for (int c = 0; c < chains; ++c) x[c] = make_lanes(c, 1, 2, 3, 4, 5, 6, 7);
+        const Lanes a = make_lanes(1, 2, 3, 4, 5, 6, 7, 8);
+        for (long k = 0; k < turns; ++k)
+            for (int c = 0; c < chains; ++c) x[c] = a + x[c] * 0.999;
+        for (const Lanes& l : x) sums[static_cast<std::size_t>(t)] += l[0];
+    });
+    const double gflops = 2.0 * 8 * chains * turns * threads / seconds_since(begin) * 1e-9;
+
+    constexpr std::ptrdiff_t n = 1 << 25;
+    Array<double> a(n), b(n), c(n);
+    auto triad = [&] { parallel_for_each(n, [&](std::ptrdiff_t i) { a[i] = b[i] + 3.0 * c[i]; }); };
+    triad();
+    double best = 0;
+    for (int k = 0; k < 5; ++k) {
+        begin = std::chrono::steady_clock::now();
+        triad();
+        best = std::max(best, 3.0 * 8 * n / seconds_since(begin) * 1e-9);
+    }
+    const bool finite = std::isfinite(sums[0]);
+    emit(options,
+         fmt::format("{{\"threads\": {}, \"peak_gflops\": {}, \"bandwidth_gb_per_second\": {}, \"build\": \"{}\"}}\n", threads, gflops, best, build_flags()),
+         fmt::format("{} thread{}: {:.1f} Gflop/s of fused multiply-adds{}, {:.1f} GB/s (triad)\n{}\n", threads, threads > 1 ? "s" : "", gflops, finite ? "" : " (overflow)", best, build_flags()));
+    return 0;
+}
+
+}  // namespace
+
+int bench(const BenchOptions& options)
+{
+    if (options.machine) return bench_machine(options);
+    std::vector<std::string> names;
+    for (const Preset& p : presets()) {
+        names.emplace_back(p.name);
+        if (p.name != options.method) continue;
+        switch (options.dim) {
+        case 1: return bench_method<1>(options, p.spec);
+        case 2: return bench_method<2>(options, p.spec);
+        default: return bench_method<3>(options, p.spec);
+        }
+    }
+    throw InputError("--method " + options.method + ": there is no such preset. " + io::suggestion(options.method, names));
+}
+
+}  // namespace ordo::app

@@ -1,0 +1,38 @@
+// The commands of `ordo`, one function each; main.cpp parses the line and turns exceptions into exit codes.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace ordo::app {
+
+struct RunOptions {
+    std::string file;
+    std::vector<std::string> overrides;  ///< key=value
+    std::optional<std::string> output;
+    bool quiet = false;
+};
+
+/// Runs a case; returns the exit code: 0, or 130/143 after SIGINT/SIGTERM.
+int run(const RunOptions& options);
+
+/// Parses and validates a case and prints what was resolved.
+int check(const RunOptions& options);
+
+/// Prints what there is: methods, materials, shapes, cases or input; all but input when `what` is empty.
+int list(const std::string& what);
+
+struct BenchOptions {
+    bool machine       = false;
+    int dim            = 3;
+    std::string method = "mpm";
+    int particles      = 1'000'000;
+    int steps          = 20;
+    std::optional<std::string> json;  ///< file, or - for stdout
+};
+
+/// Times a block of neo-Hookean material, or the machine.
+int bench(const BenchOptions& options);
+
+}  // namespace ordo::app

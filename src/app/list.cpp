@@ -1,0 +1,80 @@
+#include "app/commands.hpp"
+#include "base/error.hpp"
+#include "io/input.hpp"
+#include "method/axes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace ordo::app {
+
+namespace {
+
+void list_methods()
+{
+    fmt::print("Presets (method.preset)\n");
+    for (const Preset& p : presets()) {
+        fmt::print("  {:<10} {}\n", p.name, p.what);
+        std::string row;
+        for_each_axis([&](auto axis) { row += fmt::format("{}{}", row.empty() ? "" : ", ", name_of(p.spec.*axis)); });
+        fmt::print("             {}\n", row);
+    }
+    fmt::print("\nAxes (method.AXIS overrides the preset)\n");
+    const MethodSpec any{};
+    for_each_axis([&](auto axis) {
+        using A = Axis<std::decay_t<decltype(any.*axis)>>;
+        fmt::print("  {}: {}\n", A::key, A::what);
+        for (const auto& c : A::choices) fmt::print("    {:<15} {}\n", c.name, c.what);
+    });
+}
+
+void list_materials()
+{
+    fmt::print("Materials (material.model)\n");
+    for (const auto& m : io::material_models()) fmt::print("  {:<20} {}\n", m.name, m.what);
+}
+
+void list_shapes()
+{
+    fmt::print("Shapes (body.shape)\n");
+    for (const auto& s : io::shapes()) {
+        const std::string dims = s.min_dim == s.max_dim ? fmt::format("{}D", s.min_dim) : fmt::format("{}D to {}D", s.min_dim, s.max_dim);
+        fmt::print("  {:<10} {} ({})\n", s.name, s.what, dims);
+        fmt::print("             needs {}{}{}\n", fmt::join(s.required, ", "), s.optional.empty() ? "" : "; takes ", fmt::join(s.optional, ", "));
+    }
+}
+
+void list_cases()
+{
+    fmt::print("Cases (cases/NAME/case.toml)\n");
+    std::error_code none;
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator("cases", none))
+        if (std::filesystem::exists(entry.path() / "case.toml")) names.push_back(entry.path().filename().string());
+    std::sort(names.begin(), names.end());
+    for (const std::string& name : names) fmt::print("  {:<20} {}\n", name, io::read_case("cases/" + name + "/case.toml", {}).title);
+    if (names.empty()) fmt::print("  none here: run in the folder that holds cases/\n");
+}
+
+}  // namespace
+
+int list(const std::string& what)
+{
+    if (what == "input") {
+        fmt::print("{}", io::reference_page());
+        return 0;
+    }
+    const std::pair<const char*, void (*)()> pages[] = {{"methods", list_methods}, {"materials", list_materials}, {"shapes", list_shapes}, {"cases", list_cases}};
+    bool first = true;
+    for (const auto& [name, page] : pages) {
+        if (!what.empty() && what != name) continue;
+        if (!first) fmt::print("\n");
+        first = false;
+        page();
+    }
+    return 0;
+}
+
+}  // namespace ordo::app

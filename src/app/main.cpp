@@ -1,0 +1,104 @@
+// The command line of ordo. Exit codes: 0 good, 1 the run or a check failed, 2 bad usage or input.
+#include "app/commands.hpp"
+#include "base/error.hpp"
+#include "base/parallel.hpp"
+#include "ordo_version.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <new>
+
+namespace {
+
+int dispatch(int argc, char** argv)
+{
+    using namespace ordo;
+    CLI::App cli{"ordo: a material point method of accurate order at large deformation"};
+    cli.set_version_flag("--version", fmt::format("ordo {} ({})", ORDO_VERSION, ORDO_COMMIT));
+    cli.require_subcommand(1);
+
+    int threads = 0;
+    int result  = 0;
+    auto with_threads = [&](CLI::App* command) {
+        command->add_option("--threads", threads, "number of threads; all cores without it")->check(CLI::Range(1, 1024));
+    };
+    auto prepare = [&] {
+        if (threads > 0) set_thread_count(threads);
+    };
+
+    app::RunOptions run_options;
+    std::string output;
+    auto with_case = [&](CLI::App* command) {
+        command->add_option("case", run_options.file, "case file (TOML)")->required();
+        command->add_option("--set", run_options.overrides, "override an input key, key=value; may be repeated")->expected(1)->allow_extra_args(false);
+        command->add_option("--output", output, "directory of the output files");
+    };
+    CLI::App* run = cli.add_subcommand("run", "run a case");
+    with_case(run);
+    with_threads(run);
+    run->add_flag("--quiet", run_options.quiet, "no progress, no summary");
+    run->callback([&] {
+        prepare();
+        if (!output.empty()) run_options.output = output;
+        result = app::run(run_options);
+    });
+
+    CLI::App* check = cli.add_subcommand("check", "parse and validate a case, print it with every default");
+    with_case(check);
+    check->callback([&] {
+        if (!output.empty()) run_options.output = output;
+        result = app::check(run_options);
+    });
+
+    std::string what;
+    CLI::App* list = cli.add_subcommand("list", "what there is: methods, materials, shapes, cases, input (the reference page)");
+    list->add_option("what", what)->check(CLI::IsMember({"methods", "materials", "shapes", "cases", "input"}));
+    list->callback([&] { result = app::list(what); });
+
+    app::BenchOptions bench_options;
+    std::string json;
+    CLI::App* bench = cli.add_subcommand("bench", "particle-steps per second on a block of neo-Hookean material");
+    bench->add_flag("--machine", bench_options.machine, "measure the peak of fused multiply-adds and the memory bandwidth instead");
+    bench->add_option("--dim", bench_options.dim, "dimensions")->check(CLI::Range(1, 3));
+    bench->add_option("--method", bench_options.method, "preset");
+    bench->add_option("--particles", bench_options.particles, "about how many")->check(CLI::Range(1, 2'000'000'000));
+    bench->add_option("--steps", bench_options.steps, "steps to time")->check(CLI::Range(1, 1'000'000'000));
+    bench->add_option("--json", json, "write JSON to a file, or to stdout with -");
+    with_threads(bench);
+    bench->callback([&] {
+        prepare();
+        if (!json.empty()) bench_options.json = json;
+        result = app::bench(bench_options);
+    });
+
+    try {
+        cli.parse(argc, argv);
+    } catch (const CLI::Success& e) {
+        return cli.exit(e);  // --help and --version
+    } catch (const CLI::ParseError& e) {
+        cli.exit(e);
+        return 2;
+    }
+    return result;
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    try {
+        return dispatch(argc, argv);
+    } catch (const ordo::InputError& e) {
+        fmt::print(stderr, "ordo: error: {}\n", e.what());
+        return 2;
+    } catch (const ordo::NumericalError& e) {
+        fmt::print(stderr, "ordo: the run failed: {}\n", e.what());
+    } catch (const std::bad_alloc&) {
+        fmt::print(stderr, "ordo: the run failed: out of memory; use fewer particles or a coarser grid\n");
+    } catch (const std::exception& e) {
+        fmt::print(stderr, "ordo: the run failed: {}\n", e.what());
+    }
+    return 1;
+}

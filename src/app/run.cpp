@@ -1,0 +1,135 @@
+#include "app/commands.hpp"
+#include "base/parallel.hpp"
+#include "io/build.hpp"
+#include "io/progress.hpp"
+#include "io/writer.hpp"
+#include "method/explicit.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+
+namespace ordo::app {
+
+namespace {
+
+volatile std::sig_atomic_t g_signal = 0;
+
+extern "C" void remember_signal(int signal) { g_signal = signal; }
+
+/// Finishes the step on SIGINT and SIGTERM; a second signal of the same kind kills.
+void catch_signals()
+{
+    struct sigaction action {};
+    action.sa_handler = remember_signal;
+    action.sa_flags   = static_cast<int>(SA_RESETHAND);
+    sigaction(SIGINT, &action, nullptr);
+    sigaction(SIGTERM, &action, nullptr);
+}
+
+io::CaseInput read(const RunOptions& options)
+{
+    io::CaseInput input = io::read_case(options.file, options.overrides);
+    if (options.output) input.output.directory = *options.output;
+    return input;
+}
+
+/// f.template operator()<D>() for the dimension of the case.
+template <class F>
+auto with_dim(int dim, F&& f)
+{
+    switch (dim) {
+    case 1: return f.template operator()<1>();
+    case 2: return f.template operator()<2>();
+    default: return f.template operator()<3>();
+    }
+}
+
+template <int D>
+int run_case(const io::CaseInput& input, bool quiet)
+{
+    io::Built<D> built = io::build<D>(input);
+    io::require_writable(input.output.directory);
+    const Explicit<D> method(std::move(built.model));
+    io::Writer<D> writer(input, method.model(), built.particles);
+    State<D> s = method.start(std::move(built.particles));
+    if (!quiet)
+        fmt::print(stderr, "{}: {}D, {} particles, {} on {} thread{}\n", input.title.empty() ? "ordo" : input.title, D, s.particles.count,
+                   input.method.preset, thread_count(), thread_count() > 1 ? "s" : "");
+
+    catch_signals();
+    io::Progress progress(quiet, input.time.end);
+    const double end      = input.time.end;
+    const double interval = *input.output.interval;
+    long frames           = 1;  // frames are due at multiples of the interval
+    writer.row(s, 0.0);
+    writer.frame(s);
+    auto stop = [&](long row_step) {
+        if (s.n != row_step) writer.row(s, s.dt_prev);
+        writer.frame(s);
+        progress.done(s.n, s.t);
+        if (!quiet) fmt::print(stderr, "wrote {} frames and history.csv to {}\n", writer.frame_count(), writer.directory().string());
+    };
+    long row_step = 0;  // the step of the last history row
+    while (s.t < end && !g_signal) {
+        double dt = input.time.dt ? *input.time.dt : *input.time.cfl * courant_time_step(method.model(), s.particles);
+        if (end - s.t < dt * (1 + 1e-9)) dt = end - s.t;
+        const bool last = s.t + dt >= end;
+        try {
+            method.step(s, dt);
+        } catch (const NumericalError&) {
+            stop(row_step);
+            throw;
+        }
+        if (last) s.t = end;
+        if (s.n % input.output.history_interval == 0) {
+            writer.row(s, dt);
+            row_step = s.n;
+        }
+        if (s.t >= frames * interval - 1e-9 * dt && !last) {
+            writer.frame(s);
+            frames = static_cast<long>(std::floor(s.t / interval + 1e-9)) + 1;
+        }
+        progress.show(s.n, s.t, dt);
+    }
+    stop(row_step);
+    if (!g_signal) return 0;
+    fmt::print(stderr, "ordo: stopped by signal {} at t = {:.6g} s; what was computed is written\n", static_cast<int>(g_signal), s.t);
+    return 128 + static_cast<int>(g_signal);
+}
+
+template <int D>
+int check_case(const io::CaseInput& input)
+{
+    const io::Built<D> built = io::build<D>(input);
+    io::require_writable(input.output.directory);
+    const double limit = courant_time_step(built.model, built.particles);
+    const double dt    = input.time.dt.value_or(input.time.cfl.value_or(0) * limit);
+    fmt::print("{}", io::echo_case(input));
+    fmt::print("\n# {} particles, {} cells, dt = {:.4g} s at the start (Courant number {:.3g}), about {:.0f} steps\n", built.particles.count,
+               [&] {
+                   double n = 1;
+                   for (int a = 0; a < D; ++a) n *= built.model.cells[a];
+                   return n;
+               }(),
+               dt, dt / limit, std::ceil(input.time.end / dt - 1e-9));
+    return 0;
+}
+
+}  // namespace
+
+int run(const RunOptions& options)
+{
+    const io::CaseInput input = read(options);
+    return with_dim(input.grid.dim, [&]<int D>() { return run_case<D>(input, options.quiet); });
+}
+
+int check(const RunOptions& options)
+{
+    const io::CaseInput input = read(options);
+    return with_dim(input.grid.dim, [&]<int D>() { return check_case<D>(input); });
+}
+
+}  // namespace ordo::app

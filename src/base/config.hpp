@@ -1,0 +1,15 @@
+// Compiler switches and host/device marks; included by everything, knows nothing.
+#pragma once
+
+#if defined(__CUDACC__)
+#define ORDO_HD __host__ __device__
+#else
+#define ORDO_HD
+#endif
+
+// For the small tensor operations in particle loops: left alone, the compiler calls them (measured: 60 % of a gather).
+#if defined(__GNUC__) && !defined(__CUDACC__) && defined(__OPTIMIZE__)
+#define ORDO_FLAT ORDO_HD __attribute__((always_inline))
+#else
+#define ORDO_FLAT ORDO_HD
+#endif

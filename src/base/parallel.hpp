@@ -1,0 +1,71 @@
+// The only place that knows of threads. Loops whose result does not depend on how many there are.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#if defined(ORDO_OPENMP)
+#include <omp.h>
+#endif
+
+namespace ordo {
+
+#if defined(ORDO_OPENMP)
+inline int thread_count() { return omp_get_max_threads(); }
+inline int thread_index() { return omp_get_thread_num(); }
+inline int hardware_threads() { return omp_get_num_procs(); }
+inline void set_thread_count(int n) { omp_set_num_threads(n); }
+#else
+inline int thread_count() { return 1; }
+inline int thread_index() { return 0; }
+inline int hardware_threads() { return 1; }
+inline void set_thread_count(int) {}
+#endif
+
+/// f(k) for k in [0, n), each k by one thread, in any order. The calls must not touch common data, and must not throw.
+template <class F>
+void parallel_for(std::ptrdiff_t n, F&& f)
+{
+#if defined(ORDO_OPENMP)
+#pragma omp parallel for schedule(dynamic, 1) if (n > 1)
+#endif
+    for (std::ptrdiff_t k = 0; k < n; ++k) f(k);
+}
+
+/// Elements per piece of a reduction: fixed, so that the order of a sum does not depend on the threads.
+inline constexpr std::ptrdiff_t kPiece = 2048;
+
+/// f(begin, end) over pieces of [0, n).
+template <class F>
+void parallel_pieces(std::ptrdiff_t n, F&& f)
+{
+    parallel_for((n + kPiece - 1) / kPiece, [&](std::ptrdiff_t k) { f(k * kPiece, std::min(n, (k + 1) * kPiece)); });
+}
+
+/// f(i) for i in [0, n), in pieces: for cheap bodies.
+template <class F>
+void parallel_for_each(std::ptrdiff_t n, F&& f)
+{
+    parallel_pieces(n, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        for (std::ptrdiff_t i = begin; i < end; ++i) f(i);
+    });
+}
+
+/// The fold of f(i) over [0, n) by `combine(total, value)`, starting at `zero`: pieces in parallel, then the pieces in
+/// order, so that the result is the same for any number of threads.
+template <class T, class F, class Combine>
+T parallel_reduce(std::ptrdiff_t n, T zero, F&& f, Combine&& combine)
+{
+    std::vector<T> partial(static_cast<std::size_t>((n + kPiece - 1) / kPiece), zero);
+    parallel_pieces(n, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        T total = zero;
+        for (std::ptrdiff_t i = begin; i < end; ++i) combine(total, f(i));
+        partial[static_cast<std::size_t>(begin / kPiece)] = total;
+    });
+    T total = zero;
+    for (const T& p : partial) combine(total, p);
+    return total;
+}
+
+}  // namespace ordo

@@ -1,0 +1,115 @@
+// The background grid: index maths of a regular lattice of nodes, and the record that a node holds.
+// Used by shapes and kernels; knows nothing of particles.
+#pragma once
+
+#include "base/lanes.hpp"
+#include "base/vec.hpp"
+
+#include <cstddef>
+
+namespace ordo {
+
+/// Lanes of a node record. Before `advance` a node holds sums over particles, after it velocities:
+/// momentum (kg m/s) -> velocity (m/s); mass (kg); force (N) -> velocity increment of the step (m/s).
+struct NodeLane {
+    static constexpr int velocity  = 0;
+    static constexpr int mass      = 3;
+    static constexpr int increment = 4;
+    static constexpr int end       = 8;
+};
+
+/// Indices of a node, a cell or a tile along each axis.
+template <int D>
+using Index = Vec<D, int>;
+
+/// The indices lo <= k < hi.
+template <int D>
+struct IndexBox {
+    Index<D> lo, hi;
+
+    /// f(k) for each index of the box, the first axis fastest.
+    template <class F>
+    void for_each(F&& f) const
+    {
+        for (int a = 0; a < D; ++a)
+            if (lo[a] >= hi[a]) return;
+        Index<D> k = lo;
+        for (;;) {
+            f(k);
+            int a = 0;
+            while (a < D && ++k[a] == hi[a]) {
+                k[a] = lo[a];
+                ++a;
+            }
+            if (a == D) return;
+        }
+    }
+};
+
+/// A regular lattice of cells of size h with `margin` extra layers of nodes around it, so that domains that reach over
+/// the edge of the grid, and the images of a periodic axis, have nodes to write to.
+template <int D>
+struct Lattice {
+    static constexpr int dim = D;
+
+    Vec<D> origin{};
+    Vec<D> h{};
+    Vec<D> inv_h{};
+    Index<D> cells{};
+    Vec<D, bool> periodic{};
+    int margin = 0;
+    Index<D> nodes{};
+    Vec<D, std::ptrdiff_t> stride{};
+
+    Lattice() = default;
+    Lattice(const Vec<D>& origin_, const Vec<D>& h_, const Index<D>& cells_, const Vec<D, bool>& periodic_, int margin_)
+        : origin(origin_), h(h_), cells(cells_), periodic(periodic_), margin(margin_)
+    {
+        std::ptrdiff_t step = 1;
+        for (int a = 0; a < D; ++a) {
+            inv_h[a]  = 1.0 / h[a];
+            nodes[a]  = cells[a] + 1 + 2 * margin;
+            stride[a] = step;
+            step *= nodes[a];
+        }
+    }
+
+    /// The coordinate along axis a in cells, counted from the first node of the margin: its integer part is the cell.
+    ORDO_HD double cell_coordinate(int a, double x) const { return (x - origin[a]) * inv_h[a] + margin; }
+    /// The place of node k of axis a.
+    ORDO_HD double node_position(int a, int k) const { return origin[a] + (k - margin) * h[a]; }
+    ORDO_HD std::ptrdiff_t offset(const Index<D>& k) const
+    {
+        std::ptrdiff_t r = 0;
+        for (int a = 0; a < D; ++a) r += k[a] * stride[a];
+        return r;
+    }
+
+    ORDO_HD Index<D> index(std::ptrdiff_t offset) const
+    {
+        Index<D> k{};
+        for (int a = 0; a < D; ++a) {
+            k[a] = static_cast<int>(offset % nodes[a]);
+            offset /= nodes[a];
+        }
+        return k;
+    }
+
+    std::size_t node_count() const
+    {
+        std::size_t n = 1;
+        for (int a = 0; a < D; ++a) n *= nodes[a];
+        return n;
+    }
+    /// The largest coordinate of axis a.
+    double upper(int a) const { return origin[a] + cells[a] * h[a]; }
+
+    /// The node inside the period that node k of a periodic axis repeats.
+    int periodic_image(int a, int k) const
+    {
+        const int n = cells[a];
+        return ((k - margin) % n + n) % n + margin;
+    }
+};
+
+}  // namespace ordo

@@ -1,0 +1,206 @@
+// Tiles of cells in 2^D colours, and the blocks of nodes that the material touches.
+// Tiles of one colour share no node, so that a scatter needs no atomics and sums in one order for any thread count.
+#pragma once
+
+#include "base/parallel.hpp"
+#include "grid/lattice.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace ordo {
+
+/// A tile that holds the particles [begin, end).
+struct Tile {
+    int begin = 0;
+    int end   = 0;
+};
+
+/// The tiles that hold particles. A tile is `width` cells a side; its particles may write up to `halo` cells beyond it.
+template <int D>
+class Tiles {
+  public:
+    static constexpr int colour_count = 1 << D;
+
+    Tiles() = default;
+    Tiles(const Lattice<D>& lattice, int halo) : lattice_(lattice), halo_(halo), width_(width_for(halo))
+    {
+        for (int a = 0; a < D; ++a) {
+            count_[a] = (lattice.nodes[a] + width_ - 1) / width_;
+            cells_per_tile_ *= width_;
+        }
+    }
+
+    /// The smallest power of two whose tiles of one colour stay apart: width + halo < 2 width - halo.
+    static int width_for(int halo)
+    {
+        int w = 4;
+        while (2 * halo >= w) w *= 2;
+        return w;
+    }
+
+    int width() const { return width_; }
+    int halo() const { return halo_; }
+    const std::vector<Tile>& tiles() const { return tiles_; }
+    const std::vector<Index<D>>& blocks() const { return blocks_; }
+
+    /// Sort key of a cell: tiles in order, cells in order within the tile.
+    std::uint64_t key(const Index<D>& cell) const
+    {
+        Index<D> tile{};
+        std::uint64_t inner = 0;
+        for (int a = D - 1; a >= 0; --a) {
+            tile[a] = cell[a] / width_;
+            inner   = inner * width_ + cell[a] % width_;
+        }
+        return flatten(tile) * cells_per_tile_ + inner;
+    }
+
+    /// One more than the largest key.
+    std::uint64_t key_end() const
+    {
+        std::uint64_t n = cells_per_tile_;
+        for (int a = 0; a < D; ++a) n *= count_[a];
+        return n;
+    }
+
+    /// Sets up tiles, colours and node blocks for particles in the order of their sorted keys.
+    void assign(const std::vector<std::uint64_t>& sorted_keys)
+    {
+        tiles_.clear();
+        for (auto& c : colours_) c.clear();
+        std::vector<std::uint64_t> touched;
+        const int n = static_cast<int>(sorted_keys.size());
+        for (int begin = 0, end = 0; begin < n; begin = end) {
+            const std::uint64_t tile = sorted_keys[begin] / cells_per_tile_;
+            while (end < n && sorted_keys[end] / cells_per_tile_ == tile) ++end;
+            const Index<D> at = unflatten(tile);
+            colours_[colour(at)].push_back(static_cast<int>(tiles_.size()));
+            tiles_.push_back({begin, end});
+            neighbours(at).for_each([&](const Index<D>& b) { touched.push_back(flatten(b)); });
+        }
+        keep_unique(touched);
+        add_periodic_images(touched);
+        blocks_.clear();
+        for (std::uint64_t b : touched) blocks_.push_back(unflatten(b));
+        block_keys_ = std::move(touched);
+    }
+
+    /// f(tile) for all tiles, those of one colour in parallel, the colours one after the other: for scatters.
+    template <class F>
+    void for_each_by_colour(F&& f) const
+    {
+        for (const auto& colour : colours_)
+            parallel_for(static_cast<std::ptrdiff_t>(colour.size()), [&](std::ptrdiff_t k) { f(tiles_[colour[k]]); });
+    }
+
+    /// f(k, tile) for all tiles in parallel: for gathers.
+    template <class F>
+    void for_each(F&& f) const
+    {
+        parallel_for(static_cast<std::ptrdiff_t>(tiles_.size()), [&](std::ptrdiff_t k) { f(k, tiles_[k]); });
+    }
+
+    /// The nodes of a block.
+    IndexBox<D> nodes_of(const Index<D>& block) const
+    {
+        IndexBox<D> r{};
+        for (int a = 0; a < D; ++a) {
+            r.lo[a] = block[a] * width_;
+            r.hi[a] = std::min(r.lo[a] + width_, lattice_.nodes[a]);
+        }
+        return r;
+    }
+
+    /// f(first node, end) for runs of consecutive nodes that together are every block that the material touches.
+    template <class F>
+    void for_each_node_run(F&& f) const
+    {
+        parallel_for(static_cast<std::ptrdiff_t>(blocks_.size()), [&](std::ptrdiff_t k) {
+            IndexBox<D> rows   = nodes_of(blocks_[k]);
+            const int length   = rows.hi[0] - rows.lo[0];
+            rows.hi[0]         = rows.lo[0] + 1;
+            rows.for_each([&](const Index<D>& at) {
+                const std::ptrdiff_t first = lattice_.offset(at);
+                f(first, first + length);
+            });
+        });
+    }
+
+    /// Whether the node belongs to a block that the material touches; other nodes hold nothing of meaning.
+    bool is_active(const Index<D>& node) const
+    {
+        Index<D> block = node;
+        for (int a = 0; a < D; ++a) block[a] /= width_;
+        return std::binary_search(block_keys_.begin(), block_keys_.end(), flatten(block));
+    }
+
+  private:
+    std::uint64_t flatten(const Index<D>& t) const
+    {
+        std::uint64_t k = 0;
+        for (int a = D - 1; a >= 0; --a) k = k * count_[a] + t[a];
+        return k;
+    }
+    Index<D> unflatten(std::uint64_t k) const
+    {
+        Index<D> t{};
+        for (int a = 0; a < D; ++a) {
+            t[a] = static_cast<int>(k % count_[a]);
+            k /= count_[a];
+        }
+        return t;
+    }
+    static int colour(const Index<D>& t)
+    {
+        int c = 0;
+        for (int a = 0; a < D; ++a) c |= (t[a] & 1) << a;
+        return c;
+    }
+    IndexBox<D> neighbours(const Index<D>& t) const
+    {
+        IndexBox<D> r{};
+        for (int a = 0; a < D; ++a) {
+            r.lo[a] = std::max(t[a] - 1, 0);
+            r.hi[a] = std::min(t[a] + 2, count_[a]);
+        }
+        return r;
+    }
+    static void keep_unique(std::vector<std::uint64_t>& keys)
+    {
+        std::sort(keys.begin(), keys.end());
+        keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    }
+    /// A block with nodes of the periodic margin needs the blocks of their images too.
+    void add_periodic_images(std::vector<std::uint64_t>& blocks) const
+    {
+        for (int a = 0; a < D; ++a) {
+            if (!lattice_.periodic[a]) continue;
+            std::vector<std::uint64_t> images;
+            for (std::uint64_t key : blocks) {
+                Index<D> b           = unflatten(key);
+                const IndexBox<D> at = nodes_of(b);
+                for (int k = at.lo[a]; k < at.hi[a]; ++k) {
+                    b[a] = lattice_.periodic_image(a, k) / width_;
+                    images.push_back(flatten(b));
+                }
+            }
+            blocks.insert(blocks.end(), images.begin(), images.end());
+            keep_unique(blocks);
+        }
+    }
+
+    Lattice<D> lattice_{};
+    int halo_                     = 0;
+    int width_                    = 4;
+    std::uint64_t cells_per_tile_ = 1;
+    Index<D> count_{};
+    std::vector<Tile> tiles_;
+    std::array<std::vector<int>, colour_count> colours_;
+    std::vector<Index<D>> blocks_;
+    std::vector<std::uint64_t> block_keys_;  ///< of blocks_, sorted
+};
+
+}  // namespace ordo

@@ -1,0 +1,256 @@
+#include "io/build.hpp"
+
+#include "io/expression.hpp"
+#include "io/particle_file.hpp"
+#include "method/explicit.hpp"
+#include "particles/seeding.hpp"
+#include "particles/sort.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace ordo::io {
+
+namespace {
+
+template <int D, class T = double>
+Vec<D, T> to_vec(const std::vector<T>& v)
+{
+    Vec<D, T> r{};
+    for (int a = 0; a < D; ++a) r[a] = v[a];
+    return r;
+}
+
+template <int D>
+std::string to_text(const Vec<D>& v)
+{
+    std::string r;
+    for (int a = 0; a < D; ++a) r += fmt::format("{}{:.6g}", a ? ", " : "(", v[a]);
+    return r + ")";
+}
+
+template <int D>
+void set_up_boundaries(const CaseInput& in, Model<D>& model)
+{
+    for (const BoundaryInput& b : in.boundaries)
+        for (const std::string& face : b.face) {
+            const int axis = face[0] - 'x';
+            if (b.type == "periodic") model.periodic[axis] = true;
+            if (b.type == "periodic" || b.type == "free") continue;
+            Boundary<D> r{};
+            r.axis           = axis;
+            r.outer_is_above = face.ends_with("max");
+            r.at             = b.at_coordinate.value_or(r.outer_is_above ? model.origin[axis] + model.cells[axis] * model.h[axis] : model.origin[axis]);
+            r.type           = b.type == "fixed" ? BoundaryType::fixed : b.type == "symmetry" ? BoundaryType::symmetry : BoundaryType::velocity;
+            for (int a = 0; a < D && r.type == BoundaryType::velocity; ++a)
+                if (b.value[a].value != decltype(b.value[a].value){"free"}) r.value[a] = make_field(b.value[a]);
+            model.boundaries.push_back(std::move(r));
+        }
+    for (const BoundaryInput& b : in.boundaries)
+        for (const std::string& face : b.face)
+            if (b.type != "periodic" && model.periodic[face[0] - 'x'])
+                b.fail("face", fmt::format("{} belongs to a periodic axis, which has no faces; remove one of the two entries", face));
+}
+
+template <int D>
+std::vector<Seed<D>> seed_round(const BodyInput& b, const SubCells<D>& cells)
+{
+    if (b.shape == "ball") return fill(Ball<D>{to_vec<D>(b.center), *b.radius}, cells);
+    if constexpr (D >= 2) {
+        constexpr double degree = std::numbers::pi / 180;
+        Tube<D> tube{.center = to_vec<D>(b.center), .inner = b.inner_radius.value_or(0.0), .outer = *b.radius};
+        if (!b.angle.empty()) {
+            tube.from = b.angle[0] * degree;
+            tube.to   = b.angle[1] * degree;
+        }
+        if constexpr (D == 3) {
+            tube.axis   = b.axis.empty() ? 2 : b.axis[0] - 'x';
+            tube.bottom = tube.center[tube.axis] - *b.height / 2;
+            tube.top    = tube.center[tube.axis] + *b.height / 2;
+        }
+        if (b.cells != "polar") return fill(tube, cells);
+        // As many polar cells as the grid's sub-cells would give at the middle radius.
+        auto count = [](std::optional<int> given, double length, double cell) {
+            return given.value_or(std::max(1, static_cast<int>(std::lround(length / cell))));
+        };
+        const int e1 = tube.first(), e2 = tube.second();
+        const int radial  = count(b.radial, tube.outer - tube.inner, cells.h[e1] / cells.n[e1]);
+        const int angular = count(b.angular, (tube.to - tube.from) * (tube.inner + tube.outer) / 2, cells.h[e2] / cells.n[e2]);
+        const int layers  = D == 3 ? count(b.layers, tube.top - tube.bottom, cells.h[tube.axis] / cells.n[tube.axis]) : 1;
+        return fill_polar(tube, radial, angular, layers);
+    }
+    throw std::logic_error("seed_round: unhandled shape");
+}
+
+template <int D>
+std::vector<Seed<D>> seed_body(const BodyInput& b, const Model<D>& model)
+{
+    if (b.shape == "particles") return read_particles<D>(b);
+    const SubCells<D> cells{model.origin, model.h, to_vec<D, int>(b.particles_per_cell)};
+    std::vector<Seed<D>> seeds = b.shape == "box" ? fill_box(Bounds<D>{to_vec<D>(b.lower), to_vec<D>(b.upper)}, cells) : seed_round(b, cells);
+    if (seeds.empty()) b.fail("shape", "holds no particle: it is smaller than a sub-cell of the grid; refine [grid] spacing or use more particles_per_cell");
+    return seeds;
+}
+
+/// Every particle and the corners of its domain must lie in the grid and on the inner side of every plane.
+template <int D>
+void require_inside(const BodyInput& b, const std::vector<Seed<D>>& seeds, const Model<D>& model, const CaseInput& in)
+{
+    for (const Seed<D>& s : seeds)
+        for (int a = 0; a < D; ++a) {
+            if (model.periodic[a]) continue;
+            const double tolerance = 1e-9 * model.h[a];
+            double reach           = 0;
+            if (b.cells != "polar")  // sectors bulge over their parallelograms; there the centre decides
+                for (int d = 0; d < D; ++d) reach += std::fabs(s.edges(a, d));
+            const double low = model.origin[a], high = low + model.cells[a] * model.h[a];
+            if (!(s.x[a] - reach >= low - tolerance && s.x[a] + reach <= high + tolerance))
+                b.fail("shape", fmt::format("body \"{}\" lies outside the grid: its particle at {} reaches beyond {} to {} of axis {}; move the body or enlarge [grid] size", b.name, to_text(s.x), low, high, "xyz"[a]));
+            for (const Boundary<D>& plane : model.boundaries)
+                if (plane.axis == a && (plane.outer_is_above ? s.x[a] > plane.at + tolerance : s.x[a] < plane.at - tolerance))
+                    b.fail("shape", fmt::format("body \"{}\" lies beyond the boundary at {} = {}: its particle at {}; move the body or the plane", b.name, "xyz"[a], plane.at, to_text(s.x)));
+        }
+    static_cast<void>(in);
+}
+
+/// No particle centre may lie in the domain of another body's particle: the mass would be there twice.
+template <int D>
+void require_apart(const CaseInput& in, const std::vector<Seed<D>>& seeds, const std::vector<int>& body, const Model<D>& model)
+{
+    if (in.bodies.size() < 2) return;
+    // Bins of a grid cell; a domain may reach over several.
+    auto bin_of = [&](const Vec<D>& x) {
+        std::uint64_t key = 0;
+        for (int a = D - 1; a >= 0; --a) {
+            const double c = std::clamp((x[a] - model.origin[a]) / model.h[a], 0.0, model.cells[a] - 0.5);
+            key            = key * static_cast<std::uint64_t>(model.cells[a]) + static_cast<std::uint64_t>(c);
+        }
+        return key;
+    };
+    std::vector<std::pair<std::uint64_t, int>> bins;
+    for (std::size_t i = 0; i < seeds.size(); ++i) bins.emplace_back(bin_of(seeds[i].x), static_cast<int>(i));
+    std::sort(bins.begin(), bins.end());
+    for (std::size_t i = 0; i < seeds.size(); ++i) {
+        const Seed<D>& s       = seeds[i];
+        const Mat<D> to_domain = inverse(s.edges);
+        Vec<D> reach{};
+        for (int a = 0; a < D; ++a)
+            for (int d = 0; d < D; ++d) reach[a] += std::fabs(s.edges(a, d));
+        Vec<D, int> n{};
+        for (int a = 0; a < D; ++a) n[a] = static_cast<int>(std::ceil(2 * reach[a] / model.h[a])) + 1;
+        ordo::detail::for_each_cell<D>(n, [&](const Vec<D, int>& k) {
+            Vec<D> at{};
+            for (int a = 0; a < D; ++a) {
+                at[a] = s.x[a] - reach[a] + std::min(k[a] * model.h[a], 2 * reach[a]);
+            }
+            const std::uint64_t bin = bin_of(at);
+            for (auto it = std::lower_bound(bins.begin(), bins.end(), std::pair{bin, 0}); it != bins.end() && it->first == bin; ++it) {
+                const int j = it->second;
+                if (body[j] == body[i]) continue;
+                const Vec<D> local = to_domain * (seeds[j].x - s.x);
+                bool inside        = true;
+                for (int a = 0; a < D; ++a) inside = inside && std::fabs(local[a]) < 1 - 1e-9;
+                if (inside)
+                    in.bodies[body[j]].fail("shape", fmt::format("body \"{}\" overlaps body \"{}\" near {}; move them apart", in.bodies[body[j]].name, in.bodies[body[i]].name, to_text(seeds[j].x)));
+            }
+        });
+    }
+}
+
+template <int D>
+void require_stable(const CaseInput& in, const Model<D>& model, const Particles<D>& particles)
+{
+    const double limit = courant_time_step(model, particles);
+    if (in.time.dt && *in.time.dt > limit)
+        in.time.fail("dt", fmt::format("{} s is above the limit {:.4g} s = h/(c + |v|) of the P-wave speed and the particle speed; use a smaller step, or cfl = 0.4", *in.time.dt, limit));
+    const double steps = in.time.end / (in.time.dt ? *in.time.dt : *in.time.cfl * limit);
+    if (steps > 1e12) in.time.fail("end", fmt::format("takes about {:.1g} steps of the time step; use a larger step or a shorter time", steps));
+}
+
+}  // namespace
+
+template <int D>
+Built<D> build(const CaseInput& in)
+{
+    Model<D> model{};
+    model.method  = in.spec;
+    model.origin  = to_vec<D>(in.grid.origin);
+    model.h       = to_vec<D>(in.grid.spacing);
+    model.gravity = to_vec<D>(in.gravity);
+    for (int a = 0; a < D; ++a) {
+        model.cells[a] = static_cast<int>(std::lround(in.grid.size[a] / in.grid.spacing[a]));
+        model.h[a]     = in.grid.size[a] / model.cells[a];
+    }
+    model.materials = in.resolved_materials;
+    set_up_boundaries(in, model);
+
+    std::vector<Seed<D>> seeds;
+    std::vector<int> body_of;
+    for (std::size_t k = 0; k < in.bodies.size(); ++k) {
+        const BodyInput& b = in.bodies[k];
+        model.body_forces.push_back(make_vector_field<D>(b.body_force));
+        const std::vector<Seed<D>> own = seed_body<D>(b, model);
+        require_inside(b, own, model, in);
+        if (seeds.size() + own.size() > 2'000'000'000) b.fail("particles_per_cell", "makes more than 2e9 particles in all");
+        seeds.insert(seeds.end(), own.begin(), own.end());
+        body_of.resize(seeds.size(), static_cast<int>(k));
+    }
+    require_apart(in, seeds, body_of, model);
+
+    Particles<D> p(static_cast<int>(seeds.size()), field_groups(model));
+    std::vector<VectorField<D>> velocity;
+    std::vector<int> material;
+    for (const BodyInput& b : in.bodies) {
+        velocity.push_back(make_vector_field<D>(b.velocity));
+        const auto found = std::find_if(in.materials.begin(), in.materials.end(), [&](const auto& m) { return m.name == b.material; });
+        material.push_back(static_cast<int>(found - in.materials.begin()));
+    }
+    for (int i = 0; i < p.count; ++i) {
+        const Seed<D>& s = seeds[i];
+        const int k      = body_of[i];
+        p.x[i]           = s.x;
+        p.V0[i]          = s.volume;
+        p.m[i]           = s.volume * model.materials[material[k]].density;
+        p.id[i]          = i;
+        p.body[i]        = static_cast<std::int16_t>(k);
+        p.material[i]    = static_cast<std::int16_t>(material[k]);
+        p.v[i]           = evaluate<D>(velocity[k], {padded(s.x), padded(s.x), 0.0});
+        for (int a = 0; a < D; ++a)
+            if (!std::isfinite(p.v[i][a]))
+                in.bodies[k].fail("velocity", fmt::format("is {} at {}; the expression must give a number everywhere in the body", p.v[i][a], to_text(s.x)));
+        if (!p.edges0.empty()) p.edges0[i] = s.edges;
+        if (!p.half0.empty())  // the box of the same volume around a domain that is not one
+            for (int a = 0; a < D; ++a) {
+                double along = 0;
+                for (int d = 0; d < D; ++d) along += s.edges(a, d) * s.edges(a, d);
+                p.half0[i][a] = std::sqrt(along);
+            }
+    }
+    require_stable(in, model, p);
+    return {std::move(model), std::move(p)};
+}
+
+template <int D>
+int nearest_particle(const Particles<D>& particles, const Vec<D>& at)
+{
+    int best     = -1;
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < particles.count; ++i) {
+        const double d = norm(particles.x[i] - at);
+        if (d < least) {
+            least = d;
+            best  = particles.id[i];
+        }
+    }
+    return best;
+}
+
+template Built<1> build(const CaseInput&);
+template Built<2> build(const CaseInput&);
+template Built<3> build(const CaseInput&);
+template int nearest_particle(const Particles<1>&, const Vec<1>&);
+template int nearest_particle(const Particles<2>&, const Vec<2>&);
+template int nearest_particle(const Particles<3>&, const Vec<3>&);
+
+}  // namespace ordo::io

@@ -1,0 +1,78 @@
+#include "io/expression.hpp"
+
+#include "base/parallel.hpp"
+
+#include <muParser.h>
+
+#include <algorithm>
+#include <memory>
+#include <numbers>
+
+namespace ordo::io {
+
+namespace {
+
+/// One parser with its variables; muParser keeps pointers to them, so it must not move.
+class Evaluator {
+  public:
+    explicit Evaluator(const std::string& text)
+    {
+        const char* names[] = {"x", "y", "z", "X", "Y", "Z", "t"};
+        for (int k = 0; k < 7; ++k) parser_.DefineVar(names[k], &values_[k]);
+        parser_.DefineConst("pi", std::numbers::pi);
+        parser_.SetExpr(text);
+        parser_.Eval();  // compiles, so that errors show now
+    }
+    Evaluator(const Evaluator&) = delete;
+
+    double operator()(const FieldPoint& at)
+    {
+        for (int a = 0; a < 3; ++a) {
+            values_[a]     = at.x[a];
+            values_[3 + a] = at.X[a];
+        }
+        values_[6] = at.t;
+        return parser_.Eval();
+    }
+
+  private:
+    mu::Parser parser_;
+    double values_[7] = {};
+};
+
+/// As many evaluators as threads. Copies share nothing: std::function copies what it holds.
+class ParsedField {
+  public:
+    explicit ParsedField(const std::string& text) : text_(text) { make(); }
+    ParsedField(const ParsedField& o) : text_(o.text_) { make(); }
+
+    double operator()(const FieldPoint& at) const { return (*evaluators_[static_cast<std::size_t>(thread_index())])(at); }
+
+  private:
+    void make()
+    {
+        for (int k = 0; k < std::max(thread_count(), 1); ++k) evaluators_.push_back(std::make_unique<Evaluator>(text_));
+    }
+    std::string text_;
+    std::vector<std::unique_ptr<Evaluator>> evaluators_;
+};
+
+}  // namespace
+
+Field make_field(const Expression& expression)
+{
+    if (const double* number = std::get_if<double>(&expression.value)) return *number;
+    const std::string& text = std::get<std::string>(expression.value);
+    try {
+        return Field(std::function<double(const FieldPoint&)>(ParsedField(text)));
+    } catch (const mu::ParserError& e) {
+        std::string message = e.GetMsg();
+        if (!message.empty() && message.back() == '.') message.pop_back();
+        fail(expression.place, expression.key,
+             fmt::format("the expression \"{}\" cannot be read: {}. It may use x, y, z, t, X, Y, Z, pi, + - * / ^ and "
+                         "functions such as sin, exp, sqrt",
+                         text, message));
+    }
+}
+
+}  // namespace ordo::io

@@ -1,0 +1,555 @@
+#include "io/input.hpp"
+
+#include "io/expression.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+namespace ordo::io {
+
+namespace {
+
+const std::vector<std::string> kFaces = {"x-min", "x-max", "y-min", "y-max", "z-min", "z-max"};
+
+/// Pairs (name in the input, choice of the method) of every axis: f(&MethodInput::x, &MethodSpec::x).
+template <class F>
+void for_each_method_axis(F&& f)
+{
+    f(&MethodInput::basis, &MethodSpec::basis);
+    f(&MethodInput::domain, &MethodSpec::domain);
+    f(&MethodInput::projection, &MethodSpec::projection);
+    f(&MethodInput::samples, &MethodSpec::samples);
+    f(&MethodInput::quadrature, &MethodSpec::quadrature);
+    f(&MethodInput::mass, &MethodSpec::mass);
+    f(&MethodInput::gradient, &MethodSpec::gradient);
+    f(&MethodInput::update, &MethodSpec::update);
+    f(&MethodInput::scheme, &MethodSpec::scheme);
+    f(&MethodInput::start, &MethodSpec::start);
+}
+
+template <class E>
+E choice_type(E MethodSpec::*);
+
+// ---- the schema ------------------------------------------------------------------------------------------------------
+
+const Section<CaseInput>& case_section()
+{
+    static const Section<CaseInput> s{
+        .name = "", .what = "What the case is called and what acts on all of it.",
+        .keys = {{&CaseInput::title, {.name = "title", .what = "what the case is, in a line"}},
+                 {&CaseInput::gravity, {.name = "gravity", .what = "acceleration of all bodies", .unit = "m/s^2", .default_text = "0 per axis", .per_axis = true}}}};
+    return s;
+}
+
+const Section<GridInput>& grid_section()
+{
+    static const Section<GridInput> s{
+        .name = "grid", .what = "The background grid: a box of equal cells.",
+        .keys = {{&GridInput::dim, {.name = "dim", .what = "number of dimensions: 1 (uniaxial strain), 2 (plane strain) or 3", .min = 1, .max = 3}},
+                 {&GridInput::origin, {.name = "origin", .what = "smallest coordinates", .unit = "m", .default_text = "0 per axis", .per_axis = true}},
+                 {&GridInput::size, {.name = "size", .what = "lengths", .unit = "m", .required = true, .per_axis = true, .min = 0, .open_min = true}},
+                 {&GridInput::spacing, {.name = "spacing", .what = "cell size; must divide the size", .unit = "m", .required = true, .per_axis = true, .min = 0, .open_min = true}}}};
+    return s;
+}
+
+const Section<MethodInput>& method_section()
+{
+    static const Section<MethodInput> s = [] {
+        Section<MethodInput> r{.name = "method", .what = "A preset, and any axis to override it.", .keys = {}};
+        std::vector<std::string> names;
+        for (const Preset& p : presets()) names.emplace_back(p.name);
+        r.keys.push_back({&MethodInput::preset, {.name = "preset", .what = "a row of choices, see `ordo list methods`", .choices = names}});
+        for_each_method_axis([&](auto text, auto choice) {
+            using E = decltype(choice_type(choice));
+            r.keys.push_back({text, {.name = std::string(Axis<E>::key), .what = std::string(Axis<E>::what), .default_text = "of the preset", .choices = choice_names<E>()}});
+        });
+        r.keys.push_back({&MethodInput::pic_fraction, {.name = "pic_fraction", .what = "part of the velocity update that is PIC instead of FLIP; damps", .default_text = "0.0", .min = 0, .max = 1}});
+        return r;
+    }();
+    return s;
+}
+
+const Section<TimeInput>& time_section()
+{
+    static const Section<TimeInput> s{
+        .name = "time", .what = "How long and in which steps.",
+        .keys = {{&TimeInput::end, {.name = "end", .what = "time at which the run ends", .unit = "s", .required = true, .min = 0, .open_min = true}},
+                 {&TimeInput::dt, {.name = "dt", .what = "fixed time step; excludes cfl", .unit = "s", .default_text = "from cfl", .min = 0, .open_min = true}},
+                 {&TimeInput::cfl, {.name = "cfl", .what = "time step as a part of h/(c + |v|), with the P-wave speed c, evaluated each step", .default_text = "0.4 without dt", .min = 0, .max = 1, .open_min = true}}}};
+    return s;
+}
+
+const Section<MaterialInput>& material_section()
+{
+    static const Section<MaterialInput> s = [] {
+        std::vector<std::string> models;
+        for (const ModelInfo& m : material_models()) models.push_back(m.name);
+        return Section<MaterialInput>{
+            .name = "material", .what = "A material. Elastic constants come as one pair: young and poisson, lambda and mu, or bulk and shear; linear-rate-1d takes young alone.", .repeated = true,
+            .keys = {{&MaterialInput::name, {.name = "name", .what = "what bodies call it", .required = true}},
+                     {&MaterialInput::model, {.name = "model", .what = "constitutive model, see `ordo list materials`", .choices = models}},
+                     {&MaterialInput::density, {.name = "density", .what = "initial density", .unit = "kg/m^3", .required = true, .min = 0, .open_min = true}},
+                     {&MaterialInput::young, {.name = "young", .what = "Young's modulus", .unit = "Pa", .min = 0, .open_min = true}},
+                     {&MaterialInput::poisson, {.name = "poisson", .what = "Poisson's ratio; at 0.5 the material would be incompressible", .min = -1, .max = 0.5, .open_min = true, .open_max = true}},
+                     {&MaterialInput::lambda, {.name = "lambda", .what = "first Lame constant", .unit = "Pa"}},
+                     {&MaterialInput::mu, {.name = "mu", .what = "second Lame constant", .unit = "Pa", .min = 0, .open_min = true}},
+                     {&MaterialInput::bulk, {.name = "bulk", .what = "bulk modulus", .unit = "Pa", .min = 0, .open_min = true}},
+                     {&MaterialInput::shear, {.name = "shear", .what = "shear modulus", .unit = "Pa", .min = 0, .open_min = true}}}};
+    }();
+    return s;
+}
+
+const Section<BodyInput>& body_section()
+{
+    static const Section<BodyInput> s = [] {
+        std::vector<std::string> names;
+        for (const ShapeInfo& i : shapes()) names.push_back(i.name);
+        return Section<BodyInput>{
+            .name = "body", .what = "A body. Bodies meet on the common grid: contact without slip.", .repeated = true,
+            .keys = {{&BodyInput::name, {.name = "name", .what = "for messages", .default_text = "body and its number"}},
+                     {&BodyInput::material, {.name = "material", .what = "name of a [[material]]", .required = true}},
+                     {&BodyInput::shape, {.name = "shape", .what = "see `ordo list shapes`", .required = true, .choices = names}},
+                     {&BodyInput::center, {.name = "center", .what = "centre of a round shape", .unit = "m", .per_axis = true}},
+                     {&BodyInput::radius, {.name = "radius", .what = "(outer) radius", .unit = "m", .min = 0, .open_min = true}},
+                     {&BodyInput::inner_radius, {.name = "inner_radius", .what = "inner radius of a ring or hollow cylinder", .unit = "m", .min = 0}},
+                     {&BodyInput::height, {.name = "height", .what = "length of a cylinder along its axis", .unit = "m", .min = 0, .open_min = true}},
+                     {&BodyInput::axis, {.name = "axis", .what = "axis of a cylinder", .default_text = "\"z\"", .choices = {"x", "y", "z"}}},
+                     {&BodyInput::angle, {.name = "angle", .what = "first and last angle of a part of a ring or cylinder, from the first of the two axes across to the second", .unit = "degree", .default_text = "[0, 360]"}},
+                     {&BodyInput::lower, {.name = "lower", .what = "smallest coordinates of a box", .unit = "m", .per_axis = true}},
+                     {&BodyInput::upper, {.name = "upper", .what = "largest coordinates of a box", .unit = "m", .per_axis = true}},
+                     {&BodyInput::cells, {.name = "cells", .what = "particle cells: sub-cells of the grid, or polar cells with exact volumes (ring, hollow cylinder)", .default_text = "\"cartesian\"", .choices = {"cartesian", "polar"}}},
+                     {&BodyInput::radial, {.name = "radial", .what = "polar cells along the radius", .default_text = "from particles_per_cell", .min = 1}},
+                     {&BodyInput::angular, {.name = "angular", .what = "polar cells along the angle", .default_text = "from particles_per_cell", .min = 1}},
+                     {&BodyInput::layers, {.name = "layers", .what = "polar cells along the axis of a cylinder", .default_text = "from particles_per_cell", .min = 1}},
+                     {&BodyInput::file, {.name = "file", .what = "CSV file of particles, relative to the case file: columns x, y, z, volume and optional half-edge vectors r1x, r1y, ..", }},
+                     {&BodyInput::particles_per_cell, {.name = "particles_per_cell", .what = "particles of a whole cell (4 in 2D is 2 x 2), or one number per axis", .default_text = "2 per axis", .per_axis = true, .min = 1, .max = 1000}},
+                     {&BodyInput::velocity, {.name = "velocity", .what = "initial velocity", .unit = "m/s", .default_text = "0 per axis", .per_axis = true}},
+                     {&BodyInput::body_force, {.name = "body_force", .what = "force per mass, beside gravity; may use the initial place X, Y, Z", .unit = "m/s^2", .default_text = "0 per axis", .per_axis = true}}}};
+    }();
+    return s;
+}
+
+const Section<BoundaryInput>& boundary_section()
+{
+    static const Section<BoundaryInput> s{
+        .name = "boundary", .what = "A condition on the nodes of a face, or of a plane parallel to it and all nodes beyond. Faces without one are free: particles that leave there end the run. Later entries win where they meet.", .repeated = true,
+        .keys = {{&BoundaryInput::face, {.name = "face", .what = "one face or a list of them", .required = true, .choices = kFaces}},
+                 {&BoundaryInput::type, {.name = "type", .what = "fixed: no velocity; symmetry: none across the plane (slip); velocity: prescribed by value; periodic: both faces of the axis are one; free: no condition", .required = true, .choices = {"fixed", "symmetry", "velocity", "periodic", "free"}}},
+                 {&BoundaryInput::at_coordinate, {.name = "at", .what = "coordinate of the plane; between nodes it acts from the first node beyond", .unit = "m", .default_text = "the face of the grid"}},
+                 {&BoundaryInput::value, {.name = "value", .what = "velocity per axis; \"free\" leaves an axis alone", .unit = "m/s", .per_axis = true}}}};
+    return s;
+}
+
+const Section<OutputInput>& output_section()
+{
+    static const Section<OutputInput> s = [] {
+        std::vector<std::string> names;
+        for (const auto& f : output_fields()) names.push_back(f.first);
+        return Section<OutputInput>{
+            .name = "output", .what = "What is written where.",
+            .keys = {{&OutputInput::directory, {.name = "directory", .what = "where files go, relative to the working directory", .default_text = "results/NAME of the case"}},
+                     {&OutputInput::interval, {.name = "interval", .what = "time between particle files", .unit = "s", .default_text = "end/50", .min = 0, .open_min = true}},
+                     {&OutputInput::fields, {.name = "fields", .what = "particle fields to write", .choices = names}},
+                     {&OutputInput::grid, {.name = "grid", .what = "write the grid too, grid_*.vti"}},
+                     {&OutputInput::history_interval, {.name = "history_interval", .what = "steps between rows of history.csv and of probes", .min = 1}}}};
+    }();
+    return s;
+}
+
+const Section<ProbeInput>& probe_section()
+{
+    static const Section<ProbeInput> s{
+        .name = "probe", .what = "A particle to follow, or a point in space to watch: probe_NAME.csv.", .repeated = true,
+        .keys = {{&ProbeInput::name, {.name = "name", .what = "part of the file's name", .required = true}},
+                 {&ProbeInput::particle, {.name = "particle", .what = "the particle that starts nearest to this place", .unit = "m", .per_axis = true}},
+                 {&ProbeInput::point, {.name = "point", .what = "a fixed place; velocity and density are those of the grid", .unit = "m", .per_axis = true}}}};
+    return s;
+}
+
+// ---- reading ---------------------------------------------------------------------------------------------------------
+
+toml::table parse_file(const std::filesystem::path& file)
+{
+    std::error_code none;
+    if (std::filesystem::is_directory(file, none))
+        throw InputError(file.string() + ": is a directory; give the case file, such as " + (file / "case.toml").string());
+    std::ifstream in(file, std::ios::binary);
+    if (!in) throw InputError(file.string() + ": cannot be opened; give the path of a case file, such as cases/two-disks/case.toml");
+    std::stringstream text;
+    text << in.rdbuf();
+    try {
+        return toml::parse(text.str(), file.string());
+    } catch (const toml::parse_error& e) {
+        const auto& at = e.source().begin;
+        throw InputError(fmt::format("{}:{}:{}: not valid TOML: {}", file.string(), at.line, at.column, e.description()));
+    }
+}
+
+/// The value of `--set key=value`: TOML, or a bare word taken as a string.
+toml::table parse_value(const std::string& value)
+{
+    try {
+        return toml::parse("value = " + value);
+    } catch (const toml::parse_error&) {
+        return toml::parse("value = " + to_toml(value));
+    }
+}
+
+void apply_override(toml::table& root, const std::string& text)
+{
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos || equals == 0)
+        throw InputError("--set " + text + ": must be key=value, such as --set grid.spacing=0.05");
+    const std::string key = text.substr(0, equals);
+    // toml::node copies lose their source: values set here are recognised as the command line's.
+    const toml::table parsed = parse_value(text.substr(equals + 1));
+    toml::node* node         = &root;
+    std::stringstream parts(key);
+    std::vector<std::string> path;
+    for (std::string part; std::getline(parts, part, '.');) path.push_back(part);
+    for (std::size_t k = 0; k < path.size(); ++k) {
+        const bool last = k + 1 == path.size();
+        if (toml::table* table = node->as_table()) {
+            if (last) {
+                table->insert_or_assign(path[k], *parsed.get("value"));
+                return;
+            }
+            if (!table->contains(path[k])) table->insert(path[k], toml::table{});
+            node = table->get(path[k]);
+        } else if (toml::array* list = node->as_array()) {
+            const bool digits       = !path[k].empty() && path[k].size() < 9 && path[k].find_first_not_of("0123456789") == std::string::npos;
+            const std::size_t index = digits ? std::stoul(path[k]) : list->size();
+            if (index >= list->size())
+                throw InputError(fmt::format("--set {}: \"{}\" must be a number from 0 to {}", text, path[k], list->size() - 1));
+            if (last) {
+                list->replace(list->cbegin() + static_cast<std::ptrdiff_t>(index), *parsed.get("value"));
+                return;
+            }
+            node = list->get(index);
+        } else {
+            throw InputError(fmt::format("--set {}: there is no table to hold \"{}\"", text, path[k]));
+        }
+    }
+}
+
+const toml::table& table_of(const toml::node& node, const std::string& name)
+{
+    if (const toml::table* table = node.as_table()) return *table;
+    fail(place_of(node, name), name, "must be a table, [" + name + "]");
+}
+
+template <class T>
+void read_repeated(const toml::table& root, const Section<T>& section, int dim, std::vector<T>& out)
+{
+    const toml::node* node = root.get(section.name);
+    if (!node) return;
+    const toml::array* list = node->as_array();
+    if (!list) fail(place_of(*node, section.name), section.name, "must be written [[" + section.name + "]], for there may be several");
+    for (std::size_t k = 0; k < list->size(); ++k) {
+        const std::string path = fmt::format("{}[{}]", section.name, k);
+        read_table(section, table_of(*list->get(k), path), path, dim, out.emplace_back());
+    }
+}
+
+template <class T>
+void read_single(const toml::table& root, const Section<T>& section, int dim, T& out, const Place& file)
+{
+    const toml::node* node = root.get(section.name);
+    if (node) {
+        read_table(section, table_of(*node, section.name), section.name, dim, out);
+        return;
+    }
+    out.path  = section.name;
+    out.place = file;
+    for (const auto& k : section.keys)
+        if (k.info.required) fail(file, section.name, fmt::format("is missing; the case needs a table [{}] with the key {}", section.name, k.info.name));
+}
+
+/// The number of axes, which the length of other keys depends on.
+int read_dim(const toml::table& root)
+{
+    GridInput grid;
+    if (const toml::node* node = root.at_path("grid.dim").node()) {
+        const auto& key = grid_section().keys.front();
+        ValueReader{key.info, "grid.dim", place_of(*node, "grid.dim"), 0}.read(*node, grid.dim);
+    }
+    return grid.dim;
+}
+
+// ---- validation and defaults -----------------------------------------------------------------------------------------
+
+MethodSpec resolve_method(MethodInput& in)
+{
+    MethodSpec spec;
+    for (const Preset& p : presets())
+        if (p.name == in.preset) spec = p.spec;
+    for_each_method_axis([&](auto text, auto choice) {
+        using E = decltype(choice_type(choice));
+        if (!(in.*text).empty()) spec.*choice = parse_choice<E>(in.*text);
+        in.*text = name_of(spec.*choice);
+    });
+    spec.pic_fraction = in.pic_fraction.value_or(spec.pic_fraction);
+    in.pic_fraction   = spec.pic_fraction;
+    return spec;
+}
+
+Material resolve_material(const MaterialInput& in, int dim)
+{
+    Material m{};
+    for (const ModelInfo& i : material_models())
+        if (i.name == in.model) m.model = i.model;
+    m.density = in.density;
+
+    const std::pair<const char*, bool> given[] = {{"young", in.young.has_value()}, {"poisson", in.poisson.has_value()}, {"lambda", in.lambda.has_value()},
+                                                  {"mu", in.mu.has_value()}, {"bulk", in.bulk.has_value()}, {"shear", in.shear.has_value()}};
+    std::string names;
+    int count = 0;
+    for (const auto& [name, is] : given)
+        if (is) names += (count++ ? ", " : "") + std::string(name);
+    if (count == 0) names = "none";
+
+    if (m.model == MaterialModel::linear_rate_1d) {
+        if (dim != 1) in.fail("model", fmt::format("linear-rate-1d exists in 1D only (dim = {}); use jaumann-elastic", dim));
+        if (count != 1 || !in.young) in.fail("model", "linear-rate-1d takes young alone (got " + names + ")");
+        m.mu = *in.young / 2;
+        return m;
+    }
+    if (count == 2 && in.young && in.poisson) {
+        m.lambda = *in.young * *in.poisson / ((1 + *in.poisson) * (1 - 2 * *in.poisson));
+        m.mu     = *in.young / (2 * (1 + *in.poisson));
+    } else if (count == 2 && in.lambda && in.mu) {
+        m.lambda = *in.lambda;
+        m.mu     = *in.mu;
+    } else if (count == 2 && in.bulk && in.shear) {
+        m.lambda = *in.bulk - 2.0 / 3.0 * *in.shear;
+        m.mu     = *in.shear;
+    } else {
+        in.fail("model", "needs exactly one pair of elastic constants: young and poisson, lambda and mu, or bulk and shear (got " + names + ")");
+    }
+    if (!(3 * m.lambda + 2 * m.mu > 0)) in.fail("lambda", "makes the bulk modulus lambda + 2 mu/3 zero or negative; the material would collapse");
+    return m;
+}
+
+/// Checks that a body has the keys of its shape and no others, and fills defaults.
+void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
+{
+    if (in.name.empty()) in.name = fmt::format("body {}", index);
+    std::vector<std::string> materials;
+    for (const MaterialInput& m : c.materials) materials.push_back(m.name);
+    if (std::find(materials.begin(), materials.end(), in.material) == materials.end())
+        in.fail("material", "there is no [[material]] called \"" + in.material + "\". " + suggestion(in.material, materials));
+
+    const ShapeInfo& shape = *std::find_if(shapes().begin(), shapes().end(), [&](const ShapeInfo& s) { return s.name == in.shape; });
+    if (dim < shape.min_dim || dim > shape.max_dim) {
+        std::string there;
+        for (const ShapeInfo& s : shapes())
+            if (dim >= s.min_dim && dim <= s.max_dim) there += (there.empty() ? "" : ", ") + s.name;
+        in.fail("shape", fmt::format("\"{}\" does not exist in {}D; there is {}", in.shape, dim, there));
+    }
+    for (const std::string& key : shape.required)
+        if (!in.has(key)) in.fail(key, fmt::format("is missing; the shape \"{}\" needs {}", in.shape, fmt::join(shape.required, ", ")));
+    std::vector<std::string> allowed = {"name", "material", "shape", "velocity", "body_force"};
+    allowed.insert(allowed.end(), shape.required.begin(), shape.required.end());
+    allowed.insert(allowed.end(), shape.optional.begin(), shape.optional.end());
+    for (const auto& [key, place] : in.at)
+        if (std::find(allowed.begin(), allowed.end(), key) == allowed.end())
+            in.fail(key, fmt::format("has no meaning for the shape \"{}\"; remove it", in.shape));
+
+    if (in.shape == "box")
+        for (int a = 0; a < dim; ++a)
+            if (!(in.lower[a] < in.upper[a])) in.fail("upper", fmt::format("must be larger than lower on every axis (axis {}: {} and {})", a, in.lower[a], in.upper[a]));
+    if (in.inner_radius && *in.inner_radius >= *in.radius) in.fail("inner_radius", fmt::format("must be smaller than radius {} (got {})", *in.radius, *in.inner_radius));
+    if (in.has("angle") && in.angle.size() != 2) in.fail("angle", "must be two angles in degrees, [first, last]");
+    if (in.has("angle") && !(in.angle[0] < in.angle[1] && in.angle[1] - in.angle[0] <= 360))
+        in.fail("angle", fmt::format("must grow by at most 360 degrees (got {} to {})", in.angle[0], in.angle[1]));
+    const bool polar = in.cells == "polar";
+    if (polar && !(in.inner_radius.value_or(0) > 0)) in.fail("cells", "polar cells need a hole: give an inner_radius above zero");
+    for (const char* key : {"radial", "angular", "layers"})
+        if (in.has(key) && !polar) in.fail(key, "needs cells = \"polar\"");
+
+    if (in.shape != "particles") {
+        std::vector<int>& n = in.particles_per_cell;
+        if (n.empty()) n.assign(static_cast<std::size_t>(dim), 2);
+        if (n.size() == 1 && dim > 1) {
+            const int per_axis = static_cast<int>(std::lround(std::pow(n[0], 1.0 / dim)));
+            const int whole    = static_cast<int>(std::lround(std::pow(per_axis, dim)));
+            if (whole != n[0])
+                in.fail("particles_per_cell", fmt::format("counts the whole cell and must be a power {} of a whole number (got {}, nearest {}); or give one number per axis", dim, n[0], whole));
+            n.assign(static_cast<std::size_t>(dim), per_axis);
+        }
+    }
+    auto zeros = [&](std::vector<Expression>& v) {
+        if (v.empty()) v.assign(static_cast<std::size_t>(dim), Expression{});
+    };
+    zeros(in.velocity);
+    zeros(in.body_force);
+    for (const auto* list : {&in.velocity, &in.body_force})
+        for (const Expression& e : *list) make_field(e);
+}
+
+void validate_boundary(BoundaryInput& in, int dim, const GridInput& grid)
+{
+    for (const std::string& face : in.face) {
+        const int axis = face[0] - 'x';
+        if (axis >= dim) in.fail("face", fmt::format("\"{}\" does not exist in {}D", face, dim));
+        if (in.at_coordinate) {
+            const double low = grid.origin[axis], high = low + grid.size[axis];
+            if (!(*in.at_coordinate >= low && *in.at_coordinate <= high))
+                in.fail("at", fmt::format("the plane {} lies outside the grid, {} to {}", *in.at_coordinate, low, high));
+        }
+    }
+    if (in.face.empty()) in.fail("face", "must name at least one face");
+    if (in.type == "velocity" && in.value.empty()) in.fail("value", "is missing; type \"velocity\" needs the velocity per axis");
+    if (in.type != "velocity" && !in.value.empty()) in.fail("value", fmt::format("has no meaning for the type \"{}\"; remove it", in.type));
+    if (in.type == "periodic" && in.at_coordinate) in.fail("at", "has no meaning for a periodic axis; remove it");
+    for (const Expression& e : in.value)
+        if (e.value != decltype(e.value){"free"}) make_field(e);
+}
+
+template <class T>
+void require_unique_names(const std::vector<T>& items, const char* what)
+{
+    std::set<std::string> seen;
+    for (const T& item : items)
+        if (!seen.insert(item.name).second) item.fail("name", fmt::format("there is another {} called \"{}\"; names must differ", what, item.name));
+}
+
+void validate(CaseInput& c, const std::filesystem::path& file)
+{
+    const int dim = c.grid.dim;
+    const Place top{file.string(), 0, 0};
+    if (c.grid.origin.empty()) c.grid.origin.assign(static_cast<std::size_t>(dim), 0.0);
+    if (c.gravity.empty()) c.gravity.assign(static_cast<std::size_t>(dim), 0.0);
+    double cells = 1;
+    for (int a = 0; a < dim; ++a) {
+        const double n = c.grid.size[a] / c.grid.spacing[a];
+        cells *= n;
+        if (std::fabs(n - std::round(n)) > 1e-6 * std::max(1.0, n) || std::round(n) < 1)
+            c.grid.fail("spacing", fmt::format("must divide the size {} of axis {} into whole cells (got {}); {} would", c.grid.size[a], a, c.grid.spacing[a], c.grid.size[a] / std::max(1.0, std::round(n))));
+        if (n > 1e6) c.grid.fail("spacing", fmt::format("gives {:.3g} cells along axis {}; at most 1e6 are allowed", n, a));
+    }
+    if (cells > 1e11) c.grid.fail("spacing", fmt::format("gives {:.3g} cells; at most 1e11 are allowed", cells));
+
+    c.spec = resolve_method(c.method);
+
+    if (c.time.dt && c.time.cfl) c.time.fail("cfl", "excludes dt; give one of them");
+    if (!c.time.dt && !c.time.cfl) c.time.cfl = 0.4;
+
+    if (c.materials.empty()) fail(top, "material", "is missing; the case needs at least one [[material]]");
+    if (c.bodies.empty()) fail(top, "body", "is missing; the case needs at least one [[body]]");
+    require_unique_names(c.materials, "material");
+    for (const MaterialInput& m : c.materials) c.resolved_materials.push_back(resolve_material(m, dim));
+    for (std::size_t k = 0; k < c.bodies.size(); ++k) {
+        BodyInput& b = c.bodies[k];
+        validate_body(b, static_cast<int>(k), dim, c);
+        if (!b.file.empty()) {
+            const std::filesystem::path given(b.file);
+            b.file = (given.is_absolute() ? given : std::filesystem::absolute(file).parent_path() / given).lexically_normal().string();
+        }
+    }
+    for (BoundaryInput& b : c.boundaries) validate_boundary(b, dim, c.grid);
+
+    if (!c.output.interval) c.output.interval = c.time.end / 50;
+    if (c.output.directory.empty()) {
+        const std::filesystem::path absolute = std::filesystem::absolute(file).lexically_normal();
+        const std::string stem               = absolute.stem().string();
+        c.output.directory                   = "results/" + (stem == "case" ? absolute.parent_path().filename().string() : stem);
+    }
+    for (const ProbeInput& p : c.probes) {
+        if (p.particle.empty() == p.point.empty()) p.fail("point", "give either particle or point");
+        if (p.name.empty() || p.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") != std::string::npos)
+            p.fail("name", "must be made of letters, digits, - and _, for it is part of a file's name");
+        for (int a = 0; a < dim && !p.point.empty(); ++a)
+            if (!(p.point[a] >= c.grid.origin[a] && p.point[a] <= c.grid.origin[a] + c.grid.size[a])) p.fail("point", "lies outside the grid");
+    }
+    require_unique_names(c.probes, "probe");
+}
+
+}  // namespace
+
+const std::vector<ShapeInfo>& shapes()
+{
+    static const std::vector<ShapeInfo> rows = {
+        {"ball", "a ball; a disk in 2D, an interval in 1D", {"center", "radius"}, {"particles_per_cell"}, 1, 3},
+        {"box", "a box; its own equal sub-cells, as close to the grid's as fit it exactly", {"lower", "upper"}, {"particles_per_cell"}, 1, 3},
+        {"ring", "an annulus or a part of it", {"center", "inner_radius", "radius"}, {"angle", "cells", "radial", "angular", "particles_per_cell"}, 2, 2},
+        {"cylinder", "a cylinder or tube along an axis, or a part of it", {"center", "radius", "height"}, {"inner_radius", "axis", "angle", "cells", "radial", "angular", "layers", "particles_per_cell"}, 3, 3},
+        {"particles", "material points from a CSV file", {"file"}, {}, 1, 3},
+    };
+    return rows;
+}
+
+const std::vector<ModelInfo>& material_models()
+{
+    static const std::vector<ModelInfo> rows = {
+        {MaterialModel::neo_hookean, "neo-hookean", "sigma = [lambda ln J I + mu (F F^T - I)]/J (Gong 2015; Tran et al. 2019)"},
+        {MaterialModel::st_venant_kirchhoff, "st-venant-kirchhoff", "S = lambda tr(E) I + 2 mu E with the Green strain E"},
+        {MaterialModel::jaumann_elastic, "jaumann-elastic", "linear elastic rate law with the Jaumann rate, midpoint rule of Hughes & Winget (1980)"},
+        {MaterialModel::linear_rate_1d, "linear-rate-1d", "sigma' = E dv/dx, 1D only (Wobbes et al. 2020)"},
+    };
+    return rows;
+}
+
+const std::vector<std::pair<std::string, std::string>>& output_fields()
+{
+    static const std::vector<std::pair<std::string, std::string>> rows = {
+        {"displacement", "x - X, m"},
+        {"velocity", "m/s"},
+        {"stress", "Cauchy stress, 9 components, Pa"},
+        {"deformation_gradient", "F, 9 components"},
+        {"density", "m/V, kg/m^3"},
+        {"mass", "kg"},
+        {"volume", "J V0, m^3"},
+        {"pressure", "-tr(sigma)/3, Pa"},
+        {"von_mises", "von Mises stress, Pa"},
+        {"energy_density", "stored energy per current volume, J/m^3"},
+    };
+    return rows;
+}
+
+CaseInput read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides)
+{
+    toml::table root = parse_file(file);
+    for (const std::string& o : overrides) apply_override(root, o);
+
+    CaseInput c;
+    const Place top{file.string(), 0, 0};
+    const int dim = read_dim(root);
+    read_table(case_section(), root, "", dim, c, {"grid", "method", "time", "material", "body", "boundary", "output", "probe"});
+    c.place = top;
+    read_single(root, grid_section(), dim, c.grid, top);
+    read_single(root, method_section(), dim, c.method, top);
+    read_single(root, time_section(), dim, c.time, top);
+    read_repeated(root, material_section(), dim, c.materials);
+    read_repeated(root, body_section(), dim, c.bodies);
+    read_repeated(root, boundary_section(), dim, c.boundaries);
+    read_single(root, output_section(), dim, c.output, top);
+    read_repeated(root, probe_section(), dim, c.probes);
+    validate(c, file);
+    return c;
+}
+
+std::string echo_case(const CaseInput& c)
+{
+    std::string text = echo(case_section(), c) + echo(grid_section(), c.grid) + echo(method_section(), c.method) + echo(time_section(), c.time);
+    for (const auto& m : c.materials) text += echo(material_section(), m);
+    for (const auto& b : c.bodies) text += echo(body_section(), b);
+    for (const auto& b : c.boundaries) text += echo(boundary_section(), b);
+    text += echo(output_section(), c.output);
+    for (const auto& p : c.probes) text += echo(probe_section(), p);
+    return text;
+}
+
+std::string reference_page()
+{
+    return "# Input reference\n\nWritten by `ordo list input` from the schema in `src/io/input.cpp`. SI units. A number or an expression of x, y, z, t\n"
+           "(muParser) may stand wherever the type says so; unknown keys are errors.\n\n" +
+           reference(case_section()) + reference(grid_section()) + reference(method_section()) + reference(time_section()) +
+           reference(material_section()) + reference(body_section()) + reference(boundary_section()) + reference(output_section()) +
+           reference(probe_section());
+}
+
+}  // namespace ordo::io

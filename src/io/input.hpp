@@ -1,0 +1,112 @@
+// The input of a run: plain structs, filled from TOML by the one schema, resolved with every default.
+#pragma once
+
+#include "io/schema.hpp"
+#include "material/material.hpp"
+#include "method/axes.hpp"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace ordo::io {
+
+struct GridInput : Located {
+    int dim = 2;
+    std::vector<double> origin, size, spacing;
+};
+
+struct MethodInput : Located {
+    std::string preset = "cpdi1";
+    std::string basis, domain, projection, samples, quadrature, mass, gradient, update, scheme, start;
+    std::optional<double> pic_fraction;
+};
+
+struct TimeInput : Located {
+    double end = 0.0;
+    std::optional<double> dt, cfl;
+};
+
+struct MaterialInput : Located {
+    std::string name;
+    std::string model = "neo-hookean";
+    double density    = 0.0;
+    std::optional<double> young, poisson, lambda, mu, bulk, shear;
+};
+
+struct BodyInput : Located {
+    std::string name, material, shape, file;
+    std::vector<double> center, lower, upper;
+    std::optional<double> radius, inner_radius, height;
+    std::string axis;
+    std::vector<double> angle;
+    std::string cells;
+    std::optional<int> radial, angular, layers;
+    std::vector<int> particles_per_cell;
+    std::vector<Expression> velocity, body_force;
+};
+
+struct BoundaryInput : Located {
+    std::vector<std::string> face;
+    std::string type;
+    std::optional<double> at_coordinate;
+    std::vector<Expression> value;
+};
+
+struct OutputInput : Located {
+    std::string directory;
+    std::optional<double> interval;
+    std::vector<std::string> fields = {"displacement", "velocity", "stress", "density"};
+    bool grid                       = false;
+    int history_interval            = 1;
+};
+
+struct ProbeInput : Located {
+    std::string name;
+    std::vector<double> particle, point;
+};
+
+struct CaseInput : Located {
+    std::string title;
+    std::vector<double> gravity;
+    GridInput grid;
+    MethodInput method;
+    TimeInput time;
+    std::vector<MaterialInput> materials;
+    std::vector<BodyInput> bodies;
+    std::vector<BoundaryInput> boundaries;
+    OutputInput output;
+    std::vector<ProbeInput> probes;
+
+    MethodSpec spec;                          ///< resolved from method
+    std::vector<Material> resolved_materials; ///< resolved from materials
+};
+
+/// A shape of the input: what it is, which keys describe it, in which dimensions it exists.
+struct ShapeInfo {
+    std::string name, what;
+    std::vector<std::string> required, optional;
+    int min_dim, max_dim;
+};
+const std::vector<ShapeInfo>& shapes();
+
+/// A material model of the input.
+struct ModelInfo {
+    MaterialModel model;
+    std::string name, what;
+};
+const std::vector<ModelInfo>& material_models();
+
+/// Names of the particle fields that `output.fields` may list, with what they are.
+const std::vector<std::pair<std::string, std::string>>& output_fields();
+
+/// Reads, overrides (`key=value`) and validates a case. Throws InputError.
+CaseInput read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides);
+
+/// The resolved case as TOML with every default; reading it again gives the same case.
+std::string echo_case(const CaseInput& input);
+
+/// The reference page of all keys, Markdown.
+std::string reference_page();
+
+}  // namespace ordo::io

@@ -1,0 +1,256 @@
+// The machinery of the input schema: one description of each key (name, type, range, unit, sentence) parses and
+// validates the TOML, echoes what was resolved and writes the reference page. Knows nothing of ordo's own keys.
+#pragma once
+
+#include "base/error.hpp"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace ordo::io {
+
+/// A place in an input file; line 0 means the command line.
+struct Place {
+    std::string file;
+    int line   = 0;
+    int column = 0;
+
+    std::string text() const { return line > 0 ? fmt::format("{}:{}:{}", file, line, column) : file; }
+};
+
+/// Throws InputError "file:line:column: key: message".
+[[noreturn]] void fail(const Place& place, std::string_view key, std::string_view message);
+
+/// The candidate nearest to `word` by edit distance, or empty when none is near.
+std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
+
+/// "Did you mean X?" or the list of what there is.
+std::string suggestion(std::string_view word, const std::vector<std::string>& candidates);
+
+/// A number or an expression of x, y, z, t as the user wrote it.
+struct Expression {
+    std::variant<double, std::string> value = 0.0;
+    Place place{};
+    std::string key{};
+
+    bool operator==(const Expression& o) const { return value == o.value; }
+};
+
+/// A table of the input remembers where it and its keys stood.
+struct Located {
+    Place place;
+    std::string path;  ///< such as body[0]
+    std::map<std::string, Place> at;
+
+    Place where(const std::string& key) const
+    {
+        const auto found = at.find(key);
+        return found == at.end() ? place : found->second;
+    }
+    bool has(const std::string& key) const { return at.contains(key); }
+    /// Throws InputError at a key of this table.
+    [[noreturn]] void fail(const std::string& key, std::string_view message) const
+    {
+        io::fail(where(key), path.empty() ? key : path + "." + key, message);
+    }
+};
+
+/// What the schema says of a key.
+struct KeyInfo {
+    std::string name;
+    std::string what;                   ///< one sentence
+    std::string unit         = {};      ///< SI, empty for none
+    std::string default_text = {};      ///< shown in the reference where the default is derived
+    bool required            = false;
+    bool per_axis            = false;   ///< as many values as the grid has dimensions; a single number is repeated
+    double min               = -std::numeric_limits<double>::infinity();
+    double max               = std::numeric_limits<double>::infinity();
+    bool open_min            = false;   ///< min itself is excluded
+    bool open_max            = false;
+    std::vector<std::string> choices = {};
+};
+
+template <class Owner>
+using Member = std::variant<double Owner::*, std::optional<double> Owner::*, int Owner::*, std::optional<int> Owner::*,
+                            bool Owner::*, std::string Owner::*, std::vector<double> Owner::*, std::vector<int> Owner::*,
+                            std::vector<std::string> Owner::*, std::vector<Expression> Owner::*>;
+
+template <class Owner>
+struct Key {
+    Member<Owner> member;
+    KeyInfo info;
+};
+
+/// A table of the input: its name, what it is for, its keys.
+template <class Owner>
+struct Section {
+    std::string name;  ///< empty for the top level
+    std::string what;
+    bool repeated = false;  ///< [[name]]
+    std::vector<Key<Owner>> keys;
+
+    std::string header() const { return repeated ? "[[" + name + "]]" : "[" + name + "]"; }
+};
+
+/// Reads one value; throws InputError when the type or the range is wrong. `dim` is the number of axes.
+struct ValueReader {
+    const KeyInfo& info;
+    std::string path;
+    Place place;
+    int dim;
+
+    void read(const toml::node& node, double& out) const;
+    void read(const toml::node& node, int& out) const;
+    void read(const toml::node& node, bool& out) const;
+    void read(const toml::node& node, std::string& out) const;
+    void read(const toml::node& node, Expression& out) const;
+    template <class T>
+    void read(const toml::node& node, std::optional<T>& out) const
+    {
+        T value{};
+        read(node, value);
+        out = value;
+    }
+    template <class T>
+    void read(const toml::node& node, std::vector<T>& out) const
+    {
+        out.clear();
+        if (const toml::array* list = node.as_array()) {
+            for (const toml::node& item : *list) read(item, out.emplace_back());
+        } else if (info.per_axis) {
+            T value{};
+            read(node, value);
+            out.assign(repeats_scalar<T>() ? static_cast<std::size_t>(dim) : 1, value);
+        } else {
+            read(node, out.emplace_back());
+        }
+        if (info.per_axis && list_length_matters(node) && static_cast<int>(out.size()) != dim)
+            fail(place, path, fmt::format("must have {} value{}, one per axis (got {})", dim, dim > 1 ? "s" : "", out.size()));
+    }
+
+  private:
+    /// A single integer stays single: particles_per_cell = 4 counts the whole cell.
+    template <class T>
+    static constexpr bool repeats_scalar()
+    {
+        return !std::is_same_v<T, int>;
+    }
+    static bool list_length_matters(const toml::node& node) { return node.is_array(); }
+    void check_range(double value) const;
+};
+
+/// Where a node stood; nodes that --set made have no place in a file.
+Place place_of(const toml::node& node, const std::string& path);
+
+template <class Owner>
+std::vector<std::string> key_names(const Section<Owner>& section)
+{
+    std::vector<std::string> names;
+    for (const auto& k : section.keys) names.push_back(k.info.name);
+    return names;
+}
+
+/// Fills `owner` from the keys of a table. `others` are names that the caller reads itself.
+template <class Owner>
+void read_table(const Section<Owner>& section, const toml::table& table, const std::string& path, int dim, Owner& owner,
+                const std::vector<std::string>& others = {})
+{
+    owner.path  = path;
+    owner.place = place_of(table, path);
+    for (const auto& [key, node] : table) {
+        const std::string name(key.str());
+        const std::string full = path.empty() ? name : path + "." + name;
+        if (std::find(others.begin(), others.end(), name) != others.end()) continue;
+        const auto found = std::find_if(section.keys.begin(), section.keys.end(), [&](const auto& k) { return k.info.name == name; });
+        if (found == section.keys.end()) {
+            std::vector<std::string> names = key_names(section);
+            names.insert(names.end(), others.begin(), others.end());
+            const Place key_place{place_of(node, full).file, static_cast<int>(key.source().begin.line),
+                                  static_cast<int>(key.source().begin.column)};
+            fail(key_place, full, "there is no such key. " + suggestion(name, names));
+        }
+        owner.at[name] = place_of(node, full);
+        const ValueReader reader{found->info, full, owner.at[name], dim};
+        std::visit([&](auto member) { reader.read(node, owner.*member); }, found->member);
+    }
+    for (const auto& k : section.keys)
+        if (k.info.required && !owner.has(k.info.name))
+            fail(owner.place, path.empty() ? k.info.name : path + "." + k.info.name,
+                 fmt::format("is missing ({}{})", k.info.what, k.info.unit.empty() ? "" : ", " + k.info.unit));
+}
+
+/// TOML text of a value; empty for one that is not set.
+std::string to_toml(double value);
+std::string to_toml(const std::string& value);
+inline std::string to_toml(int value) { return fmt::format("{}", value); }
+inline std::string to_toml(bool value) { return value ? "true" : "false"; }
+std::string to_toml(const Expression& value);
+template <class T>
+std::string to_toml(const std::optional<T>& value)
+{
+    return value ? to_toml(*value) : "";
+}
+template <class T>
+std::string to_toml(const std::vector<T>& values)
+{
+    if (values.empty()) return "";
+    std::string r;
+    for (const T& v : values) r += (r.empty() ? "[" : ", ") + to_toml(v);
+    return r + "]";
+}
+
+/// The table as TOML with every default; keys without a value are left out.
+template <class Owner>
+std::string echo(const Section<Owner>& section, const Owner& owner)
+{
+    std::string text;
+    if (!section.name.empty()) text += "\n" + section.header() + "\n";
+    for (const auto& k : section.keys) {
+        const std::string value = std::visit([&](auto member) { return to_toml(owner.*member); }, k.member);
+        if (!value.empty() && value != "\"\"") text += fmt::format("{} = {}\n", k.info.name, value);
+    }
+    return text;
+}
+
+/// The type of a key in words, with its range or choices.
+std::string describe_type(std::string_view type, const KeyInfo& info);
+
+/// The section as Markdown: a row a key.
+template <class Owner>
+std::string reference(const Section<Owner>& section)
+{
+    struct TypeName {
+        std::string operator()(double Owner::*) const { return "number"; }
+        std::string operator()(std::optional<double> Owner::*) const { return "number"; }
+        std::string operator()(int Owner::*) const { return "integer"; }
+        std::string operator()(std::optional<int> Owner::*) const { return "integer"; }
+        std::string operator()(bool Owner::*) const { return "boolean"; }
+        std::string operator()(std::string Owner::*) const { return "string"; }
+        std::string operator()(std::vector<double> Owner::*) const { return "numbers"; }
+        std::string operator()(std::vector<int> Owner::*) const { return "integers"; }
+        std::string operator()(std::vector<std::string> Owner::*) const { return "strings"; }
+        std::string operator()(std::vector<Expression> Owner::*) const { return "numbers or expressions"; }
+    };
+    std::string text = fmt::format("## {}\n\n{}\n\n| key | type | default | unit | meaning |\n|---|---|---|---|---|\n",
+                                   section.name.empty() ? "Top level" : "`" + section.header() + "`", section.what);
+    const Owner defaults = Owner();
+    for (const auto& k : section.keys) {
+        std::string value = k.info.default_text;
+        if (value.empty()) value = std::visit([&](auto member) { return to_toml(defaults.*member); }, k.member);
+        if (k.info.required) value = "required";
+        text += fmt::format("| `{}` | {} | {} | {} | {} |\n", k.info.name, describe_type(std::visit(TypeName{}, k.member), k.info),
+                            value == "\"\"" ? "" : value, k.info.unit, k.info.what);
+    }
+    return text + "\n";
+}
+
+}  // namespace ordo::io

@@ -1,0 +1,153 @@
+#include "io/writer.hpp"
+
+#include "io/build.hpp"
+#include "method/diagnostics.hpp"
+#include "ordo_version.hpp"
+#include "shape/hat.hpp"
+#include "shape/stencil.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <regex>
+
+namespace ordo::io {
+
+namespace {
+
+void remove_earlier_run(const std::filesystem::path& directory)
+{
+    if (!std::filesystem::exists(directory / "case.toml")) return;
+    static const std::regex ours(R"((particles|grid)_\d+\.(vtu|vti)|(particles|grid)\.pvd|history\.csv|probe_[\w-]+\.csv|.*\.part)");
+    std::vector<std::filesystem::path> old;
+    for (const auto& entry : std::filesystem::directory_iterator(directory))
+        if (std::regex_match(entry.path().filename().string(), ours)) old.push_back(entry.path());
+    for (const auto& path : old) std::filesystem::remove(path);
+}
+
+template <int D>
+std::string columns(std::string_view stem)
+{
+    std::string r;
+    for (int a = 0; a < D; ++a) r += fmt::format(",{}_{}", stem, "xyz"[a]);
+    return r;
+}
+
+template <int D>
+std::string values(const Vec<D>& v)
+{
+    std::string r;
+    for (int a = 0; a < D; ++a) r += fmt::format(",{}", v[a]);
+    return r;
+}
+
+}  // namespace
+
+void require_writable(const std::filesystem::path& directory)
+{
+    std::filesystem::path existing = std::filesystem::absolute(directory).lexically_normal();
+    std::error_code none;
+    while (!std::filesystem::exists(existing, none) && existing.has_relative_path()) existing = existing.parent_path();
+    if (!std::filesystem::is_directory(existing, none))
+        throw InputError(fmt::format("output.directory: {} cannot be made, for {} is not a directory; choose another with --output", directory.string(), existing.string()));
+    if (::access(existing.c_str(), W_OK | X_OK) != 0)
+        throw InputError(fmt::format("output.directory: {} cannot be written, for {} is not writable; choose another with --output", directory.string(), existing.string()));
+}
+
+template <int D>
+Writer<D>::Writer(const CaseInput& input, const Model<D>& model, const Particles<D>& particles)
+    : input_(input), model_(model), directory_(input.output.directory)
+{
+    std::error_code failure;
+    std::filesystem::create_directories(directory_, failure);
+    if (failure) throw OutputError(fmt::format("{}: cannot be made: {}", directory_.string(), failure.message()));
+    remove_earlier_run(directory_);
+
+    // Without the directory, so that the files of a case are the same wherever they go.
+    CaseInput portable        = input;
+    portable.output.directory = "";
+    AtomicFile resolved(directory_ / "case.toml");
+    resolved.write(fmt::format("# The resolved case, with every default; `ordo run` takes it. Written by ordo {} ({}).\n{}", ORDO_VERSION, ORDO_COMMIT, echo_case(portable)));
+    resolved.commit();
+
+    history_ = LineFile(directory_ / "history.csv", "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy");
+    for (const ProbeInput& p : input.probes) {
+        Probe probe{};
+        const std::filesystem::path file = directory_ / ("probe_" + p.name + ".csv");
+        Vec<D> at{};
+        for (int a = 0; a < D; ++a) at[a] = p.particle.empty() ? p.point[a] : p.particle[a];
+        if (!p.particle.empty()) {
+            probe.particle      = nearest_particle(particles, at);
+            std::string header  = "time" + columns<D>("position") + columns<D>("displacement") + columns<D>("velocity");
+            for (int a = 0; a < D; ++a)
+                for (int b = a; b < D; ++b) header += fmt::format(",stress_{}{}", "xyz"[a], "xyz"[b]);
+            probe.file = LineFile(file, header + ",density");
+        } else {
+            probe.point = at;
+            probe.file  = LineFile(file, "time" + columns<D>("velocity") + ",density");
+        }
+        probes_.push_back(std::move(probe));
+    }
+}
+
+template <int D>
+void Writer<D>::row(State<D>& s, double dt)
+{
+    const Totals e = totals(model_, s.particles);
+    history_.add(fmt::format("{},{},{}{},{},{},{}", s.t, dt, e.mass, values(e.momentum), e.kinetic_energy, e.strain_energy, e.total_energy()));
+    for (Probe& p : probes_) probe_row(p, s);
+}
+
+template <int D>
+void Writer<D>::probe_row(Probe& probe, State<D>& s)
+{
+    const Particles<D>& p = s.particles;
+    std::string line      = fmt::format("{}", s.t);
+    if (probe.particle >= 0) {
+        int i = 0;
+        while (p.id[i] != probe.particle) ++i;
+        line += values(p.x[i]) + values(p.x[i] - p.X[i]) + values(p.v[i]);
+        for (int a = 0; a < D; ++a)
+            for (int b = a; b < D; ++b) line += fmt::format(",{}", p.sigma[i](a, b));
+        line += fmt::format(",{}", p.m[i] / p.V[i]);
+    } else {
+        // Velocity weighted by nodal mass, so that empty nodes do not count.
+        Stencil<D, Hat::width> row;
+        row.first = 0;
+        for (int a = 0; a < D; ++a) row.first += s.lattice.stride[a] * Hat::row(s.lattice.cell_coordinate(a, probe.point[a]), row.w[a], row.dw[a]);
+        double mass = 0.0, cell = 1.0;
+        Vec<D> momentum{};
+        for (int a = 0; a < D; ++a) cell *= s.lattice.h[a];
+        if (s.n > 0)
+            for_each_node(row, s.lattice, [&](std::ptrdiff_t node, double w, const Vec<D>&) {
+                if (!s.tiles.is_active(s.lattice.index(node))) return;
+                const double m = w * s.nodes[node][NodeLane::mass];
+                mass += m;
+                for (int a = 0; a < D; ++a) momentum[a] += m * s.nodes[node][NodeLane::velocity + a];
+            });
+        line += values(mass > 0 ? momentum * (1 / mass) : Vec<D>{}) + fmt::format(",{}", mass / cell);
+    }
+    probe.file.add(line);
+}
+
+template <int D>
+void Writer<D>::frame(State<D>& s)
+{
+    const std::string number = fmt::format("{:06}", particle_frames_.size());
+    particle_frames_.push_back({s.t, "particles_" + number + ".vtu"});
+    write_particles(directory_ / particle_frames_.back().file, model_, s, input_.output.fields);
+    write_pvd(directory_ / "particles.pvd", particle_frames_);
+    if (input_.output.grid && s.n > 0) {
+        grid_frames_.push_back({s.t, "grid_" + number + ".vti"});
+        write_grid(directory_ / grid_frames_.back().file, s);
+        write_pvd(directory_ / "grid.pvd", grid_frames_);
+    }
+    history_.flush();
+    for (Probe& p : probes_) p.file.flush();
+}
+
+template class Writer<1>;
+template class Writer<2>;
+template class Writer<3>;
+
+}  // namespace ordo::io

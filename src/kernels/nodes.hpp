@@ -1,0 +1,58 @@
+// Passes over the nodes that the material touches.
+#pragma once
+
+#include "grid/lattice.hpp"
+#include "grid/tiles.hpp"
+
+#include <cstring>
+
+namespace ordo {
+
+template <int D>
+void clear(Lanes* nodes, const Tiles<D>& tiles)
+{
+    tiles.for_each_node_run([=](std::ptrdiff_t first, std::ptrdiff_t end) {
+        std::memset(static_cast<void*>(nodes + first), 0, sizeof(Lanes) * (end - first));
+    });
+}
+
+template <int D>
+void copy(Lanes* to, const Lanes* from, const Tiles<D>& tiles)
+{
+    tiles.for_each_node_run([=](std::ptrdiff_t first, std::ptrdiff_t end) {
+        std::memcpy(static_cast<void*>(to + first), from + first, sizeof(Lanes) * (end - first));
+    });
+}
+
+/// v_i = (m v)_i / m_i where there is mass; nodes without mass are all zero and stay so.
+template <int D>
+void velocities(Lanes* nodes, const Tiles<D>& tiles)
+{
+    tiles.for_each_node_run([=](std::ptrdiff_t first, std::ptrdiff_t end) {
+        for (std::ptrdiff_t i = first; i < end; ++i) {
+            const double m = nodes[i][NodeLane::mass];
+            if (!(m > 0)) continue;
+            const double s = 1 / m;
+            nodes[i]       = nodes[i] * make_lanes(s, s, s, 1, 1, 1, 1, 1);
+        }
+    });
+}
+
+/// a_i = f_i/m_i + g; the increment dt a_i replaces the force; v_i += dt a_i.
+template <int D>
+void advance(Lanes* nodes, const Tiles<D>& tiles, const Vec<D>& gravity, double dt)
+{
+    const Vec<3> g = padded(dt * gravity);
+    tiles.for_each_node_run([=](std::ptrdiff_t first, std::ptrdiff_t end) {
+        for (std::ptrdiff_t i = first; i < end; ++i) {
+            Lanes& n       = nodes[i];
+            const double m = n[NodeLane::mass];
+            if (!(m > 0)) continue;
+            const double s = dt / m;
+            const double x = s * n[4] + g[0], y = s * n[5] + g[1], z = s * n[6] + g[2];
+            n += make_lanes(x, y, z, 0, x - n[4], y - n[5], z - n[6], 0);
+        }
+    });
+}
+
+}  // namespace ordo

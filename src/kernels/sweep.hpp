@@ -1,0 +1,37 @@
+// What every particle pass gets: views and numbers, trivially copyable, no owners.
+#pragma once
+
+#include "grid/lattice.hpp"
+#include "material/material.hpp"
+#include "particles/particles.hpp"
+
+namespace ordo {
+
+template <int D>
+struct Sweep {
+    Lattice<D> lattice;
+    ParticleView<D> p;
+    Lanes* nodes;               ///< the node records that are written or read
+    const Material* materials;
+    double dt;                  ///< of positions and deformation, s
+    double pic;                 ///< PIC fraction of the velocity update, 0..1
+};
+
+enum class Fault { none, not_finite, inverted, left_grid, domain_too_wide };
+
+/// What a tile found out while its particles moved. Reduced in tile order, so that it is the same for any thread count.
+struct TileReport {
+    double move  = 0.0;  ///< largest displacement of the pass, cells
+    double reach = 0.0;  ///< largest distance from a particle to the edge of its domain, cells
+    Fault fault  = Fault::none;
+    int particle = -1;  ///< the first with the fault
+
+    ORDO_HD void flag(Fault f, int i)
+    {
+        if (fault != Fault::none) return;
+        fault    = f;
+        particle = i;
+    }
+};
+
+}  // namespace ordo

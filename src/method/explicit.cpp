@@ -1,0 +1,226 @@
+#include "method/explicit.hpp"
+
+#include "kernels/nodes.hpp"
+#include "method/layout.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+namespace ordo {
+
+namespace {
+
+/// Adds the time from construction to destruction to a stage.
+class Stopwatch {
+  public:
+    Stopwatch(StageTimes* times, StageTimes::Stage stage) : times_(times), stage_(stage)
+    {
+        if (times_) begin_ = Clock::now();
+    }
+    ~Stopwatch()
+    {
+        if (times_) times_->seconds[stage_] += std::chrono::duration<double>(Clock::now() - begin_).count();
+    }
+    Stopwatch(const Stopwatch&) = delete;
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    StageTimes* times_;
+    StageTimes::Stage stage_;
+    Clock::time_point begin_{};
+};
+
+std::string describe(Fault fault)
+{
+    switch (fault) {
+    case Fault::inverted:
+        return "its volume ratio J = det F is not positive (the deformation of one step is too large); a smaller time "
+               "step, a finer grid or a method with particle domains (cpdi1) may help";
+    case Fault::not_finite:
+        return "its state is not a finite number; a smaller time step may help";
+    case Fault::left_grid:
+        return "it left the grid; make [grid] size larger or put a [[boundary]] on that face";
+    case Fault::domain_too_wide:
+        return "its domain has grown wider than the grid pass can hold; a method with fixed domains (ugimp) or a coarser "
+               "grid may help";
+    case Fault::none: break;
+    }
+    return "nothing is wrong";
+}
+
+template <int D>
+void require_sound(const State<D>& s, const std::vector<TileReport>& reports)
+{
+    for (const TileReport& r : reports) {
+        if (r.fault == Fault::none) continue;
+        const Particles<D>& p = s.particles;
+        std::string at;
+        for (int a = 0; a < D; ++a) at += fmt::format("{}{:.6g}", a ? ", " : "", p.x[r.particle][a]);
+        throw NumericalError(fmt::format("step {}, t = {:.6g} s: particle {} of body {} at ({}), J = {:.4g}: {}", s.n + 1, s.t,
+                                         p.id[r.particle], p.body[r.particle], at, det(p.F[r.particle]), describe(r.fault)));
+    }
+}
+
+}  // namespace
+
+template <int D>
+Explicit<D>::Explicit(Model<D> model)
+    : model_(std::move(model)),
+      has_body_force_(field_groups(model_).body_force)
+{
+    passes_ = choose_passes<D>(model_.method, has_body_force_);
+}
+
+template <int D>
+State<D> Explicit<D>::start(Particles<D> particles) const
+{
+    State<D> s{};
+    s.particles             = std::move(particles);
+    const ParticleView<D> p = s.particles.view();
+    const Lattice<D> lattice(model_.origin, model_.h, model_.cells, model_.periodic, 0);
+    for (int i = 0; i < p.count; ++i) {
+        p.X[i]     = p.x[i];
+        p.F[i]     = Mat<D>::identity();
+        p.sigma[i] = Mat<D>{};
+        p.V[i]     = p.V0[i];
+        if (p.half) p.half[i] = p.half0[i];
+        if (p.edges) p.edges[i] = p.edges0[i];
+        s.reach = std::max(s.reach, reach_of<D>(model_.method, lattice, p, i));
+    }
+    sort_particles(model_, s);
+    return s;
+}
+
+template <int D>
+void Explicit<D>::step(State<D>& s, double dt) const
+{
+    const Scheme scheme    = model_.method.scheme;
+    const bool leapfrog    = model_.method.start == Start::leapfrog;
+    const double dt_kick   = leapfrog ? 0.5 * (s.dt_prev + dt) : dt;  // the first kick of a leapfrog is a half step
+    const double t_kicked  = s.t_v + dt_kick;
+    constexpr int all_sums = NodeLane::end;
+
+    sort_if_stale(s);
+    evaluate_body_forces(s);
+    Lanes* nodes  = s.nodes.data();
+    Lanes* strain = scheme == Scheme::usl ? nodes : s.strain_nodes.data();
+
+    clear(nodes, s.tiles);
+    if (scheme == Scheme::usf) {
+        scatter(s, passes_.project, nodes, 0, NodeLane::increment);  // m_i, (m v)_i <- particles
+        velocities(nodes, s.tiles);                                  // v_i
+        copy(strain, nodes, s.tiles);
+        constrain(s, strain, s.t_v);
+        gather(s, passes_.update_stress, strain, dt);                // F_p, sigma_p from v_i at t_n
+        scatter(s, passes_.force, nodes, NodeLane::increment, all_sums);  // f_i <- sigma_p
+    } else {
+        scatter(s, passes_.project_and_force, nodes, 0, all_sums);   // m_i, (m v)_i, f_i <- particles
+        velocities(nodes, s.tiles);                                  // v_i
+    }
+    advance(nodes, s.tiles, model_.gravity, dt_kick);                // a_i = f_i/m_i + g;  v_i += dt a_i
+    constrain(s, nodes, t_kicked);
+
+    switch (scheme) {
+    case Scheme::usf: gather(s, passes_.velocity_and_move, nodes, dt); break;
+    case Scheme::usl: gather(s, passes_.update_all, nodes, dt); break;
+    case Scheme::musl:
+        gather(s, passes_.update_velocity, nodes, dt);               // v_p <- a_i
+        clear(strain, s.tiles);
+        scatter(s, passes_.project, strain, 0, NodeLane::increment);  // the same nodes again, with the new v_p
+        velocities(strain, s.tiles);
+        constrain(s, strain, t_kicked);
+        gather(s, passes_.update_stress, strain, dt);                // F_p, sigma_p from the remapped velocity
+        gather(s, passes_.move, nodes, dt);                          // last, so that every phi above is at x_n
+        break;
+    }
+    s.t += dt;
+    s.t_v     = t_kicked;
+    s.dt_prev = dt;
+    ++s.n;
+}
+
+template <int D>
+void Explicit<D>::sort_if_stale(State<D>& s) const
+{
+    if (is_sorted_enough(s)) return;
+    Stopwatch watch(times_, StageTimes::sort);
+    sort_particles(model_, s);
+}
+
+template <int D>
+void Explicit<D>::evaluate_body_forces(State<D>& s) const
+{
+    if (!has_body_force_) return;
+    const ParticleView<D> p = s.particles.view();
+    parallel_for_each(p.count, [&](std::ptrdiff_t i) {
+        p.b[i] = evaluate<D>(model_.body_forces[p.body[i]], {padded(p.x[i]), padded(p.X[i]), s.t});
+    });
+}
+
+template <int D>
+Sweep<D> Explicit<D>::sweep(State<D>& s, Lanes* nodes, double dt) const
+{
+    return {s.lattice, s.particles.view(), nodes, model_.materials.data(), dt, model_.method.pic_fraction};
+}
+
+template <int D>
+void Explicit<D>::scatter(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const
+{
+    Stopwatch watch(times_, StageTimes::scatter);
+    const Sweep<D> view = sweep(s, nodes, 0.0);
+    s.tiles.for_each_by_colour([&](const Tile& tile) { pass(view, tile.begin, tile.end); });
+    s.halo.add(nodes, first_lane, last_lane);
+}
+
+template <int D>
+void Explicit<D>::gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt) const
+{
+    Stopwatch watch(times_, StageTimes::gather);
+    const Sweep<D> view = sweep(s, nodes, dt);
+    std::vector<TileReport> reports(s.tiles.tiles().size());
+    s.tiles.for_each([&](std::ptrdiff_t k, const Tile& tile) { pass(view, tile.begin, tile.end, reports[k]); });
+    double move = 0.0, reach = 0.0;
+    for (const TileReport& r : reports) {
+        move  = std::max(move, r.move);
+        reach = std::max(reach, r.reach);
+    }
+    if (move > 0) s.reach = reach;
+    s.drift += move;
+    require_sound(s, reports);
+}
+
+template <int D>
+void Explicit<D>::constrain(State<D>& s, Lanes* nodes, double t) const
+{
+    s.constraints.apply(nodes, t);
+    s.halo.copy(nodes);
+}
+
+template <int D>
+double courant_time_step(const Model<D>& model, const Particles<D>& particles)
+{
+    std::vector<double> c;
+    for (const Material& m : model.materials) c.push_back(m.wave_speed());
+    const double rate = parallel_reduce(
+        particles.count, 0.0,
+        [&](std::ptrdiff_t i) {
+            double r = 0.0;
+            for (int a = 0; a < D; ++a) r = std::max(r, (c[particles.material[i]] + norm(particles.v[i])) / model.h[a]);
+            return r;
+        },
+        [](double& total, double r) { total = std::max(total, r); });
+    return rate > 0 ? 1 / rate : std::numeric_limits<double>::infinity();
+}
+
+template class Explicit<1>;
+template class Explicit<2>;
+template class Explicit<3>;
+template double courant_time_step(const Model<1>&, const Particles<1>&);
+template double courant_time_step(const Model<2>&, const Particles<2>&);
+template double courant_time_step(const Model<3>&, const Particles<3>&);
+
+}  // namespace ordo

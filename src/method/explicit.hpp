@@ -1,0 +1,56 @@
+// The explicit step: USF, USL and MUSL on symplectic Euler or leapfrog, from the passes of a method.
+#pragma once
+
+#include "method/passes.hpp"
+#include "method/state.hpp"
+
+#include <array>
+#include <string_view>
+
+namespace ordo {
+
+/// Wall time per stage of the step, s; for `ordo bench`.
+struct StageTimes {
+    enum Stage { sort, scatter, nodes, gather, count };
+    static constexpr std::array<std::string_view, count> names{"sort", "scatter", "nodes", "gather"};
+    std::array<double, count> seconds{};
+};
+
+/// A method applied to a model. Owns the model, which must not change.
+template <int D>
+class Explicit {
+  public:
+    explicit Explicit(Model<D> model);
+
+    const Model<D>& model() const { return model_; }
+
+    /// The state of particles at rest in their initial domains: half-edges, stresses and reach set up, particles sorted.
+    /// `particles` has x, v, m, V0, body, material and, where the method needs them, half0 or edges0.
+    State<D> start(Particles<D> particles) const;
+
+    /// One step of size dt. Throws NumericalError with step, time, particle and quantity; the state is then that after
+    /// the failed step and can still be written.
+    void step(State<D>& s, double dt) const;
+
+    /// Adds the time of each stage to `times` from now on; null stops it.
+    void measure(StageTimes* times) { times_ = times; }
+
+  private:
+    void sort_if_stale(State<D>& s) const;
+    void evaluate_body_forces(State<D>& s) const;
+    void scatter(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const;
+    void gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt) const;
+    void constrain(State<D>& s, Lanes* nodes, double t) const;
+    Sweep<D> sweep(State<D>& s, Lanes* nodes, double dt) const;
+
+    Model<D> model_;
+    Passes<D> passes_;
+    bool has_body_force_;
+    StageTimes* times_ = nullptr;
+};
+
+/// The largest dt with Courant number 1: h over the P-wave speed plus |v|, smallest over axes and particles, s.
+template <int D>
+double courant_time_step(const Model<D>& model, const Particles<D>& particles);
+
+}  // namespace ordo

@@ -1,0 +1,24 @@
+// The sort: particles in tile and cell order, and everything that hangs on it (lattice margin, tiles, halo, constraints).
+#pragma once
+
+#include "method/state.hpp"
+#include "particles/sort.hpp"
+
+namespace ordo {
+
+/// Whether the tiles still hold what their particles write: no domain reaches beyond the halo since the last sort.
+template <int D>
+bool is_sorted_enough(const State<D>& s)
+{
+    return !s.tiles.tiles().empty() && s.drift + s.reach <= s.tiles.halo();
+}
+
+/// Puts particles back into the period of periodic axes.
+template <int D>
+void wrap_periodic(const Model<D>& model, Particles<D>& particles);
+
+/// Sorts the particles and rebuilds lattice, tiles, halo and constraints. Wider domains get wider tiles.
+template <int D>
+void sort_particles(const Model<D>& model, State<D>& s);
+
+}  // namespace ordo

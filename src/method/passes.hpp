@@ -1,0 +1,34 @@
+// The particle passes of a method, chosen once at set-up as function pointers: one indirect call per pass and tile.
+// A pass is a template on what it touches only, so that instantiations add up instead of multiplying.
+#pragma once
+
+#include "kernels/sweep.hpp"
+#include "method/axes.hpp"
+
+namespace ordo {
+
+template <int D>
+struct Passes {
+    using Scatter = void (*)(const Sweep<D>&, int begin, int end);
+    using Gather  = void (*)(const Sweep<D>&, int begin, int end, TileReport&);
+
+    Scatter project;            ///< m_i, (m v)_i
+    Scatter force;              ///< f_i
+    Scatter project_and_force;  ///< both in one sweep
+
+    Gather update_velocity;    ///< v_p
+    Gather update_stress;      ///< F_p, sigma_p, V_p
+    Gather move;               ///< x_p and domains
+    Gather velocity_and_move;  ///< v_p, x_p and domains in one sweep
+    Gather update_all;         ///< all in one sweep
+};
+
+/// The passes for a valid choice; `body_force` says whether any body has a force of its own.
+template <int D>
+Passes<D> choose_passes(const MethodSpec& spec, bool body_force);
+
+/// Half a cell's worth of a particle's domain may be wider than tiles allow: the farthest reach of the domain, in cells.
+template <int D>
+double reach_of(const MethodSpec& spec, const Lattice<D>& lattice, const ParticleView<D>& p, int i);
+
+}  // namespace ordo

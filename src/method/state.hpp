@@ -1,0 +1,60 @@
+// Everything that a step reads and changes, and the choices that stay fixed over a run.
+#pragma once
+
+#include "grid/boundary.hpp"
+#include "grid/halo.hpp"
+#include "grid/tiles.hpp"
+#include "material/material.hpp"
+#include "method/axes.hpp"
+#include "particles/particles.hpp"
+
+#include <vector>
+
+namespace ordo {
+
+/// What the user set up: fixed during the run.
+template <int D>
+struct Model {
+    MethodSpec method;
+    Vec<D> origin{}, h{};
+    Index<D> cells{};
+    Vec<D, bool> periodic{};
+    std::vector<Material> materials;
+    std::vector<VectorField<D>> body_forces;  ///< one per body, per mass, m/s^2
+    std::vector<Boundary<D>> boundaries;
+    Vec<D> gravity{};
+};
+
+/// What the step changes.
+template <int D>
+struct State {
+    Particles<D> particles;
+
+    // Rebuilt by the sort; see method/layout.hpp.
+    Lattice<D> lattice;
+    Tiles<D> tiles;
+    Halo<D> halo;
+    Constraints<D> constraints;
+    Array<Lanes> nodes;         ///< sums, then velocities and increments
+    Array<Lanes> strain_nodes;  ///< velocities that update the stress, where they are not those of `nodes` (USF, MUSL)
+    double drift = 0.0;         ///< bound on any particle's displacement since the sort, cells
+    double reach = 0.0;         ///< largest distance from a particle to the edge of its domain, cells
+
+    double t       = 0.0;  ///< time of positions and stresses, s
+    double t_v     = 0.0;  ///< time of velocities, s
+    double dt_prev = 0.0;  ///< 0 before the first step
+    long n         = 0;    ///< steps taken
+};
+
+/// The groups of particle fields that a model needs.
+template <int D>
+FieldGroups field_groups(const Model<D>& model)
+{
+    FieldGroups g{};
+    g.box     = model.method.domain == Domain::box || model.method.domain == Domain::stretched_box;
+    g.corners = model.method.domain == Domain::parallelepiped;
+    for (const auto& b : model.body_forces) g.body_force = g.body_force || !is_zero<D>(b);
+    return g;
+}
+
+}  // namespace ordo

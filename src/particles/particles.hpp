@@ -1,0 +1,94 @@
+// The one list of particle fields, their owner and the view that kernels get.
+// Particles are arrays of small tensors; to add a field, add a line to the list.
+#pragma once
+
+#include "base/array.hpp"
+#include "base/vec.hpp"
+
+#include <cstdint>
+#include <utility>
+
+namespace ordo {
+
+// FIELD(type, name, group): `group` says which methods need it, see FieldGroups.
+#define ORDO_PARTICLE_FIELDS(FIELD)                                              \
+    FIELD(Vec<D>, x, always)                /* position at t_n, m */             \
+    FIELD(Vec<D>, X, always)                /* initial position, m */            \
+    FIELD(Vec<D>, v, always)                /* velocity at t_n - dt/2, m/s */    \
+    FIELD(Mat<D>, F, always)                /* deformation gradient */           \
+    FIELD(Mat<D>, sigma, always)            /* Cauchy stress, Pa */              \
+    FIELD(double, m, always)                /* mass, kg */                       \
+    FIELD(double, V0, always)               /* initial volume, m^D */            \
+    FIELD(double, V, always)                /* volume J V0, m^D */               \
+    FIELD(std::int32_t, id, always)         /* place in the order of seeding */  \
+    FIELD(std::int16_t, body, always)       /* index of the body */              \
+    FIELD(std::int16_t, material, always)   /* index of the material */          \
+    FIELD(Vec<D>, half0, box)               /* initial half-lengths, m */        \
+    FIELD(Vec<D>, half, box)                /* half-lengths, m */                \
+    FIELD(Mat<D>, edges0, corners)          /* initial half-edge vectors, columns, m */ \
+    FIELD(Mat<D>, edges, corners)           /* half-edge vectors F edges0, m */  \
+    FIELD(Vec<D>, b, body_force)            /* body force per mass, m/s^2 */
+
+/// Groups of fields beyond those that every method needs.
+struct FieldGroups {
+    static constexpr bool always = true;
+    bool box                     = false;
+    bool corners                 = false;
+    bool body_force              = false;
+};
+
+/// Raw pointers to the fields of `count` particles; absent fields are null.
+template <int D>
+struct ParticleView {
+#define ORDO_FIELD(type, name, group) type* name;
+    ORDO_PARTICLE_FIELDS(ORDO_FIELD)
+#undef ORDO_FIELD
+    int count;
+};
+
+/// The owner of the particle fields.
+template <int D>
+struct Particles {
+#define ORDO_FIELD(type, name, group) Array<type> name;
+    ORDO_PARTICLE_FIELDS(ORDO_FIELD)
+#undef ORDO_FIELD
+    int count = 0;
+
+    Particles() = default;
+    Particles(int n, const FieldGroups& groups) : count(n)
+    {
+#define ORDO_FIELD(type, name, group) \
+    if (groups.group) name = Array<type>(n);
+        ORDO_PARTICLE_FIELDS(ORDO_FIELD)
+#undef ORDO_FIELD
+    }
+
+    /// visit(field) for each field that is present.
+    template <class Visit>
+    void for_each_field(Visit&& visit)
+    {
+#define ORDO_FIELD(type, name, group) \
+    if (!name.empty()) visit(name);
+        ORDO_PARTICLE_FIELDS(ORDO_FIELD)
+#undef ORDO_FIELD
+    }
+
+    ParticleView<D> view()
+    {
+        return {
+#define ORDO_FIELD(type, name, group) name.data(),
+            ORDO_PARTICLE_FIELDS(ORDO_FIELD)
+#undef ORDO_FIELD
+                count};
+    }
+
+    /// Bytes that one particle occupies in these arrays.
+    std::size_t bytes_per_particle()
+    {
+        std::size_t n = 0;
+        for_each_field([&](const auto& field) { n += sizeof(field[0]); });
+        return n;
+    }
+};
+
+}  // namespace ordo

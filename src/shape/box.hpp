@@ -1,0 +1,91 @@
+// Domains `box` and `stretched-box` on hats: phi_ip is the mean of N_i over a box of half-lengths l_p (GIMP).
+// Bardenhagen & Kober (2004); Gong (2015) sec. 6.3 with errata 24-27: the normaliser is the length 2 l_p of the support.
+#pragma once
+
+#include "shape/shape.hpp"
+#include "shape/stencil.hpp"
+
+#include <cmath>
+
+namespace ordo {
+
+template <int D>
+struct Box {
+    static constexpr int dim = D;
+    /// The widest box in cells from centre to side; beyond it the run ends with a NumericalError.
+    static constexpr double max_reach = 7.0;
+    static constexpr int max_count   = 16;
+
+    ORDO_FLAT static double reach(const Lattice<D>& g, const ParticleView<D>& p, int i)
+    {
+        double r = 0.0;
+        for (int a = 0; a < D; ++a) r = larger(r, p.half[i][a] * g.inv_h[a]);
+        return r;
+    }
+
+    /// The hat N(t) and its integral from -infinity.
+    ORDO_FLAT static double hat(double t) { return larger(0.0, 1 - std::fabs(t)); }
+    ORDO_FLAT static double hat_integral(double t)
+    {
+        const double u = smaller(larger(t, -1.0), 1.0);
+        return u < 0 ? 0.5 * (1 + u) * (1 + u) : 1 - 0.5 * (1 - u) * (1 - u);
+    }
+
+    template <int W>
+    ORDO_FLAT static Stencil<D, W> stencil(const Lattice<D>& g, const ParticleView<D>& p, int i)
+    {
+        Stencil<D, W> s;
+        s.first = 0;
+        for (int a = 0; a < D; ++a) {
+            const double l    = p.half[i][a] * g.inv_h[a];
+            const double y    = g.cell_coordinate(a, p.x[i][a]);
+            const double low  = y - l, high = y + l;
+            const int cell    = static_cast<int>(low);
+            const double norm = 1 / (2 * l);
+            s.first += g.stride[a] * cell;
+            s.count[a] = static_cast<int>(high) - cell + 2;
+            for (int k = 0; k < s.size(a); ++k) {
+                s.w[a][k]  = (hat_integral(high - cell - k) - hat_integral(low - cell - k)) * norm;
+                s.dw[a][k] = (hat(high - cell - k) - hat(low - cell - k)) * norm * g.inv_h[a];
+            }
+        }
+        return s;
+    }
+
+    /// f(stencil): three nodes an axis suffice for boxes up to a cell wide.
+    template <class F>
+    ORDO_FLAT static void with_stencil(const Lattice<D>& g, const ParticleView<D>& p, int i, F&& f)
+    {
+        if (reach(g, p, i) <= 0.5)
+            f(stencil<3>(g, p, i));
+        else
+            f(stencil<-max_count>(g, p, i));
+    }
+
+    template <class Visit>
+    ORDO_FLAT static void for_each_node(const Lattice<D>& g, const ParticleView<D>& p, int i, Visit&& visit)
+    {
+        with_stencil(g, p, i, [&](const auto& s) { ordo::for_each_node(s, g, visit); });
+    }
+    ORDO_FLAT static void spread(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value,
+                               const Lanes (&flux)[D])
+    {
+        with_stencil(g, p, i, [&](const auto& s) { ordo::spread(s, g, nodes, value, flux); });
+    }
+    ORDO_FLAT static void spread_value(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value)
+    {
+        with_stencil(g, p, i, [&](const auto& s) { spread_value_axis<D - 1>(s, g, nodes + s.first, value); });
+    }
+    ORDO_FLAT static void collect(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value,
+                                Lanes (&gradient)[D])
+    {
+        with_stencil(g, p, i, [&](const auto& s) { ordo::collect(s, g, nodes, value, gradient); });
+    }
+    ORDO_FLAT static void collect_value(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value)
+    {
+        with_stencil(g, p, i, [&](const auto& s) { collect_value_axis<D - 1>(s, g, nodes + s.first, value); });
+    }
+};
+static_assert(Shape<Box<2>>);
+
+}  // namespace ordo

@@ -1,0 +1,56 @@
+// Domain `point`: phi_ip = N_i(x_p).
+#pragma once
+
+#include "shape/hat.hpp"
+#include "shape/shape.hpp"
+#include "shape/stencil.hpp"
+
+namespace ordo {
+
+template <int D, class Basis>
+struct Point {
+    static constexpr int dim          = D;
+    static constexpr double max_reach = 0.0;
+    using Row                         = Stencil<D, Basis::width>;
+
+    ORDO_FLAT static double reach(const Lattice<D>&, const ParticleView<D>&, int) { return 0.0; }
+
+    ORDO_FLAT static Row stencil(const Lattice<D>& g, const ParticleView<D>& p, int i)
+    {
+        Row s;
+        s.first = 0;
+        for (int a = 0; a < D; ++a) {
+            s.first += g.stride[a] * Basis::row(g.cell_coordinate(a, p.x[i][a]), s.w[a], s.dw[a]);
+            for (double& d : s.dw[a]) d *= g.inv_h[a];
+        }
+        return s;
+    }
+    template <class Visit>
+    ORDO_FLAT static void for_each_node(const Lattice<D>& g, const ParticleView<D>& p, int i, Visit&& visit)
+    {
+        ordo::for_each_node(stencil(g, p, i), g, visit);
+    }
+    ORDO_FLAT static void spread(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value,
+                               const Lanes (&flux)[D])
+    {
+        ordo::spread(stencil(g, p, i), g, nodes, value, flux);
+    }
+    ORDO_FLAT static void spread_value(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value)
+    {
+        const Row s = stencil(g, p, i);
+        spread_value_axis<D - 1>(s, g, nodes + s.first, value);
+    }
+    ORDO_FLAT static void collect(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value,
+                                Lanes (&gradient)[D])
+    {
+        ordo::collect(stencil(g, p, i), g, nodes, value, gradient);
+    }
+    ORDO_FLAT static void collect_value(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value)
+    {
+        const Row s = stencil(g, p, i);
+        collect_value_axis<D - 1>(s, g, nodes + s.first, value);
+    }
+};
+static_assert(Shape<Point<2, Hat>>);
+
+}  // namespace ordo
