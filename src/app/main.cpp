@@ -32,7 +32,7 @@ int dispatch(int argc, char** argv)
     std::string output;
     auto with_case = [&](CLI::App* command) {
         command->add_option("case", run_options.file, "case file (TOML)")->required();
-        command->add_option("--set", run_options.overrides, "override an input key, key=value; may be repeated")->expected(1)->allow_extra_args(false);
+        command->add_option("--set", run_options.overrides, "override an input key, key=value; may be repeated")->allow_extra_args(false);
         command->add_option("--output", output, "directory of the output files");
     };
     CLI::App* run = cli.add_subcommand("run", "run a case");

@@ -88,7 +88,7 @@ int run_case(const io::CaseInput& input, bool quiet)
             writer.row(s, dt);
             row_step = s.n;
         }
-        if (s.t >= frames * interval - 1e-9 * dt && !last) {
+        if (s.t >= static_cast<double>(frames) * interval - 1e-9 * dt && !last) {
             writer.frame(s);
             frames = static_cast<long>(std::floor(s.t / interval + 1e-9)) + 1;
         }

@@ -1,0 +1,252 @@
+// Whole steps: time levels, schemes against a literal step written here, boundaries, periodic axes, errors.
+#include "kernels/nodes.hpp"
+#include "method/diagnostics.hpp"
+#include "method/layout.hpp"
+#include "support/particles.hpp"
+
+#include <gtest/gtest.h>
+
+namespace ordo {
+namespace {
+
+/// A literal 1D MPM step with hats: the paper's loops, nothing shared with the kernels.
+struct LiteralBar {
+    double h, mu, lambda, rho;
+    int cells;
+    std::vector<double> x, v, F, sigma, V0;
+
+    void step(double dt, double dt_kick, Scheme scheme)
+    {
+        const std::size_t n = static_cast<std::size_t>(cells) + 1;
+        std::vector<double> m(n), p(n), f(n), a(n), vi(n), vs(n);
+        auto N  = [&](std::size_t i, double at) { return std::max(0.0, 1 - std::fabs(at / h - static_cast<double>(i))); };
+        auto dN = [&](std::size_t i, double at) {
+            const double s = at / h - static_cast<double>(i);
+            return std::fabs(s) >= 1 ? 0.0 : s < 0 ? 1 / h : -1 / h;
+        };
+        auto project = [&](std::vector<double>& out) {
+            for (std::size_t i = 0; i < n; ++i) {
+                double mass = 0, momentum = 0;
+                for (std::size_t q = 0; q < x.size(); ++q) {
+                    mass += N(i, x[q]) * rho * V0[q];
+                    momentum += N(i, x[q]) * rho * V0[q] * v[q];
+                }
+                m[i]   = mass;
+                out[i] = mass > 0 ? momentum / mass : 0;
+            }
+            out.front() = out.back() = 0;  // fixed ends
+        };
+        auto stress = [&](const std::vector<double>& w) {
+            for (std::size_t q = 0; q < x.size(); ++q) {
+                double L = 0;
+                for (std::size_t i = 0; i < n; ++i) L += w[i] * dN(i, x[q]);
+                F[q] *= 1 + dt * L;
+                sigma[q] = (lambda * std::log(F[q]) + mu * (F[q] * F[q] - 1)) / F[q];
+            }
+        };
+        project(vi);
+        if (scheme == Scheme::usf) stress(vi);
+        for (std::size_t i = 0; i < n; ++i) {
+            f[i] = 0;
+            for (std::size_t q = 0; q < x.size(); ++q) f[i] -= F[q] * V0[q] * sigma[q] * dN(i, x[q]);
+            a[i] = m[i] > 0 ? f[i] / m[i] : 0;
+            vi[i] += dt_kick * a[i];
+        }
+        a.front() = a.back() = vi.front() = vi.back() = 0;
+        for (std::size_t q = 0; q < x.size(); ++q)
+            for (std::size_t i = 0; i < n; ++i) v[q] += dt_kick * N(i, x[q]) * a[i];
+        if (scheme == Scheme::musl) {
+            project(vs);
+            stress(vs);
+        }
+        if (scheme == Scheme::usl) stress(vi);
+        std::vector<double> dx(x.size());
+        for (std::size_t q = 0; q < x.size(); ++q)
+            for (std::size_t i = 0; i < n; ++i) dx[q] += dt * N(i, x[q]) * vi[i];
+        for (std::size_t q = 0; q < x.size(); ++q) x[q] += dx[q];
+    }
+};
+
+void check_against_literal(Scheme scheme, Start start)
+{
+    Model<1> model      = test::unit_box<1>(16, Domain::point);
+    model.method.scheme = scheme;
+    model.method.start  = start;
+    model.boundaries    = {Boundary<1>{.at = 0.0, .value = {}}, Boundary<1>{.outer_is_above = true, .at = 1.0, .value = {}}};
+    const Explicit<1> method(model);
+    State<1> s = method.start(test::make_particles(model, test::block(model, 0.0, 1.0, 2)));
+    LiteralBar bar{model.h[0], model.materials[0].mu, model.materials[0].lambda, model.materials[0].density, 16, {}, {}, {}, {}, {}};
+    for (int i = 0; i < s.particles.count; ++i) {
+        s.particles.v[i][0] = 0.2 * std::sin(std::numbers::pi * s.particles.x[i][0]);
+        bar.x.push_back(s.particles.x[i][0]);
+        bar.v.push_back(s.particles.v[i][0]);
+        bar.F.push_back(1);
+        bar.sigma.push_back(0);
+        bar.V0.push_back(s.particles.V0[i]);
+    }
+    const double dt = 0.3 * courant_time_step(model, s.particles);
+    for (int k = 0; k < 100; ++k) {
+        method.step(s, dt);
+        bar.step(dt, k == 0 && start == Start::leapfrog ? dt / 2 : dt, scheme);
+    }
+    for (int i = 0; i < s.particles.count; ++i) {
+        const std::size_t q = static_cast<std::size_t>(s.particles.id[i]);
+        EXPECT_NEAR(s.particles.x[i][0], bar.x[q], 1e-12);
+        EXPECT_NEAR(s.particles.v[i][0], bar.v[q], 1e-11);
+        EXPECT_NEAR(s.particles.sigma[i](0, 0), bar.sigma[q], 1e-7);
+    }
+    EXPECT_NEAR(s.t, 100 * dt, 1e-12);
+    EXPECT_NEAR(s.t_v, start == Start::leapfrog ? 99.5 * dt : 100 * dt, 1e-12);
+}
+
+TEST(Step, SchemesEqualTheLiteralBar)
+{
+    for (Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl})
+        for (Start start : {Start::leapfrog, Start::plain}) check_against_literal(scheme, start);
+}
+
+/// Free fall: v = g (t - dt/2), x = g t^2/2 exactly, for leapfrog is exact for constant acceleration.
+TEST(Step, FreeFallIsExact)
+{
+    for (Domain d : test::kDomains) {
+        Model<2> model = test::unit_box<2>(20, d);
+        model.gravity  = {0.1, -2.0};
+        const Explicit<2> method(model);
+        State<2> s = method.start(test::make_particles(model, test::block(model, 0.5, 0.7, 2)));
+        const double dt = 0.01;
+        for (int k = 0; k < 30; ++k) method.step(s, dt);
+        for (int i = 0; i < s.particles.count; ++i) {
+            EXPECT_NEAR(s.particles.v[i][1], -2.0 * 29.5 * dt, 1e-12);
+            EXPECT_NEAR(s.particles.x[i][1] - s.particles.X[i][1], -0.5 * 2.0 * 0.3 * 0.3, 1e-12);
+            EXPECT_NEAR(s.particles.F[i](0, 1), 0, 1e-12);
+        }
+    }
+}
+
+/// A body force given by a field acts as gravity does, and may vary in time.
+TEST(Step, BodyForceField)
+{
+    Model<2> model       = test::unit_box<2>(20, Domain::parallelepiped);
+    model.body_forces[0] = {Field(0.0), Field(std::function<double(const FieldPoint&)>([](const FieldPoint& at) { return 6 * at.t; }))};
+    const Explicit<2> method(model);
+    State<2> s = method.start(test::make_particles(model, test::block(model, 0.3, 0.5, 2)));
+    const double dt = 0.01;
+    double v = 0, x = 0;
+    for (int k = 0; k < 20; ++k) {
+        v += (k == 0 ? dt / 2 : dt) * 6 * (k * dt);
+        x += dt * v;
+        method.step(s, dt);
+    }
+    for (int i = 0; i < s.particles.count; ++i) {
+        EXPECT_NEAR(s.particles.v[i][1], v, 1e-12);
+        EXPECT_NEAR(s.particles.x[i][1] - s.particles.X[i][1], x, 1e-12);
+        EXPECT_NEAR(s.particles.v[i][0], 0, 1e-12);
+    }
+}
+
+/// A body that leaves through one side of a periodic box comes back at the other: the same as one that never crosses.
+template <int D>
+void check_periodic(Domain domain)
+{
+    auto run = [&](double shift) {
+        Model<D> model = test::unit_box<D>(12, domain);
+        model.periodic = Vec<D, bool>::filled(true);
+        const Explicit<D> method(model);
+        auto seeds = test::block(model, 0.25, 0.5, 2);
+        for (auto& seed : seeds)
+            for (int a = 0; a < D; ++a) seed.x[a] += shift - (seed.x[a] + shift >= 1 ? 1 : 0);
+        State<D> s = method.start(test::make_particles(model, seeds));
+        for (int i = 0; i < s.particles.count; ++i) {
+            Vec<D> X{};
+            for (int a = 0; a < D; ++a) X[a] = seeds[s.particles.id[i]].x[a] - shift;
+            for (int a = 0; a < D; ++a) s.particles.v[i][a] = 0.7 + 0.2 * std::sin(2 * std::numbers::pi * (X[a] + X[(a + 1) % D]));
+        }
+        const double dt = 0.2 * courant_time_step(model, s.particles);
+        for (int k = 0; k < 40; ++k) method.step(s, dt);
+        return s;
+    };
+    const State<D> inside = run(0.0), across = run(7.0 / 12);  // a whole number of cells
+    std::vector<int> where(inside.particles.x.size());
+    for (int i = 0; i < across.particles.count; ++i) where[across.particles.id[i]] = i;
+    double crossed = 0;
+    for (int i = 0; i < inside.particles.count; ++i) {
+        const int j = where[inside.particles.id[i]];
+        for (int a = 0; a < D; ++a) {
+            EXPECT_NEAR(inside.particles.v[i][a], across.particles.v[j][a], 1e-10);
+            EXPECT_NEAR(inside.particles.F[i](a, a), across.particles.F[j](a, a), 1e-10);
+            crossed = std::max(crossed, across.particles.X[j][a] - across.particles.x[j][a]);
+        }
+    }
+    EXPECT_GT(crossed, 0.3);  // some did cross
+}
+TEST(Step, PeriodicAxesHaveNoSeam)
+{
+    for (Domain d : test::kDomains) {
+        check_periodic<1>(d);
+        check_periodic<2>(d);
+    }
+    check_periodic<3>(Domain::parallelepiped);
+}
+
+/// A wall that moves at constant speed drags the bar's end along: the node there has the wall's velocity.
+TEST(Step, PrescribedVelocityPullsABar)
+{
+    for (Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
+        Model<1> model      = test::unit_box<1>(20, Domain::parallelepiped);
+        model.method.scheme = scheme;
+        Boundary<1> pull{.at = 0.25, .type = BoundaryType::velocity, .value = {Field(-0.05)}};
+        Boundary<1> hold{.outer_is_above = true, .at = 0.75, .value = {}};
+        model.boundaries = {pull, hold};
+        const Explicit<1> method(model);
+        State<1> s = method.start(test::make_particles(model, test::block(model, 0.25, 0.75, 2)));
+        const double dt = 0.2 * courant_time_step(model, s.particles);
+        while (s.t < 1.0) method.step(s, dt);
+        // After the waves have run to and fro the mean stretch is that of the pulled end.
+        double mean = 0, left = 1;
+        for (int i = 0; i < s.particles.count; ++i) {
+            mean += s.particles.F[i](0, 0) / s.particles.count;
+            left = std::min(left, s.particles.x[i][0]);
+        }
+        EXPECT_NEAR(mean, 1 + 0.05 * s.t / 0.5, 0.02) << name_of(scheme);
+        EXPECT_NEAR(left, 0.2625 - 0.05 * s.t, 0.01);
+    }
+}
+
+TEST(Step, FailuresNameStepTimeAndParticle)
+{
+    Model<2> model = test::unit_box<2>(10, Domain::point);
+    const Explicit<2> method(model);
+    State<2> s = method.start(test::make_particles(model, test::block(model, 0.6, 0.9, 2)));
+    for (int i = 0; i < s.particles.count; ++i) s.particles.v[i] = {1.0, 0.0};
+    try {
+        for (int k = 0; k < 100; ++k) method.step(s, 0.01);
+        FAIL() << "the body flew through the wall";
+    } catch (const NumericalError& e) {
+        const std::string message = e.what();
+        for (const char* part : {"step ", "t = ", "particle ", "left the grid", "[[boundary]]"}) EXPECT_NE(message.find(part), std::string::npos) << message;
+    }
+}
+
+/// Sorting is rare, and does not change the physics: a state sorted each step gives the same to round-off.
+TEST(Step, SortingDoesNotChangeTheRun)
+{
+    auto run = [](bool sort_always) {
+        Model<2> model = test::unit_box<2>(16, Domain::parallelepiped);
+        const Explicit<2> method(model);
+        State<2> s = method.start(test::make_particles(model, test::block(model, 0.25, 0.5, 2)));
+        for (int i = 0; i < s.particles.count; ++i) s.particles.v[i] = {0.4 + 0.1 * std::sin(9 * s.particles.x[i][1]), 0.3};
+        for (int k = 0; k < 60; ++k) {
+            if (sort_always) sort_particles(model, s);
+            method.step(s, 0.01);
+        }
+        std::vector<Vec<2>> x(s.particles.x.size());
+        for (int i = 0; i < s.particles.count; ++i) x[s.particles.id[i]] = s.particles.x[i];
+        return x;
+    };
+    const auto rarely = run(false), always = run(true);
+    for (std::size_t i = 0; i < rarely.size(); ++i)
+        for (int a = 0; a < 2; ++a) EXPECT_NEAR(rarely[i][a], always[i][a], 1e-12);
+}
+
+}  // namespace
+}  // namespace ordo

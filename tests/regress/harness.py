@@ -1,0 +1,103 @@
+"""What the regression tests share: running ordo, a minimal valid case and its edits, reading what was written.
+
+ORDO is the path of the binary, ORDO_ROOT that of the repository.
+"""
+
+import csv
+import os
+import pathlib
+import subprocess
+import tempfile
+import time
+import unittest
+
+ORDO = os.environ["ORDO"]
+ROOT = pathlib.Path(os.environ["ORDO_ROOT"])
+TWO_DISKS = ROOT / "cases" / "two-disks" / "case.toml"
+PRESETS = ("mpm", "ugimp", "cpgimp", "cpdi1")
+
+# Single numbers stand for every axis, so that `dim` alone makes it a case in 1D or 3D.
+CASE = """\
+[grid]
+dim = 2
+size = 1.0
+spacing = 0.25
+
+[time]
+end = 0.01
+dt = 0.001
+
+[[material]]
+name = "rubber"
+density = 1000.0
+young = 1000.0
+poisson = 0.3
+
+[[body]]
+material = "rubber"
+shape = "ball"
+center = 0.5
+radius = 0.25
+"""
+
+
+def edit(text, *changes):
+    """The text with changes: a pair replaces, a string is added at the end."""
+    for change in changes:
+        if isinstance(change, str):
+            text += change
+            continue
+        old, new = change
+        if text.count(old) != 1:
+            raise ValueError(f"{old!r} stands {text.count(old)} times in the text")
+        text = text.replace(old, new)
+    return text
+
+
+def start(*args, cwd):
+    """Starts ordo; waits while the binary is being replaced by a build."""
+    for wait in (1, 5, 30, 0):
+        try:
+            return subprocess.Popen([ORDO, *map(str, args)], cwd=cwd, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        except OSError:
+            if wait == 0:
+                raise
+            time.sleep(wait)
+
+
+def ordo(*args, cwd):
+    """Runs ordo to its end: returncode, stdout, stderr."""
+    process = start(*args, cwd=cwd)
+    out, err = process.communicate(timeout=60)
+    return subprocess.CompletedProcess(process.args, process.returncode, out, err)
+
+
+def history(directory):
+    """The columns of history.csv by name."""
+    with open(pathlib.Path(directory) / "history.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    return {name: [float(row[name]) for row in rows] for name in rows[0]}
+
+
+def contents(directory):
+    """Every file below a directory with its bytes."""
+    directory = pathlib.Path(directory)
+    return {str(p.relative_to(directory)): p.read_bytes() for p in sorted(directory.rglob("*")) if p.is_file()}
+
+
+class InTemporaryDirectory(unittest.TestCase):
+    def setUp(self):
+        holder = tempfile.TemporaryDirectory()
+        self.addCleanup(holder.cleanup)
+        self.dir = pathlib.Path(holder.name)
+
+    def write(self, name, text):
+        path = self.dir / name
+        path.write_text(text)
+        return path
+
+    def run_good(self, *args):
+        """Runs `ordo run` on one thread and requires success."""
+        done = ordo("run", *args, "--quiet", *(() if "--threads" in args else ("--threads", "1")), cwd=self.dir)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done

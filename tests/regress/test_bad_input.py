@@ -1,0 +1,312 @@
+"""Bad input of every kind is refused with exit code 2, one clear line and nothing written.
+
+A row changes the minimal case. Where the fault stands in a file, the mark @ is put before what the message must point at.
+"""
+
+import itertools
+import unittest
+
+from harness import CASE, InTemporaryDirectory, edit, ordo
+
+MARK = "@"
+COMMANDS = ("check", "run")
+BODY = 'material = "rubber"\nshape = "ball"\ncenter = 0.5\nradius = 0.25\n'
+ELASTIC = "young = 1000.0\npoisson = 0.3\n"
+DENSITY = "density = 1000.0"
+DIM_1, DIM_3 = ("dim = 2", "dim = 1"), ("dim = 2", "dim = 3")
+SECOND_BODY = '[[body]]\nmaterial = "rubber"\nshape = @"ball"\ncenter = 0.6\nradius = 0.2\n'
+SECOND_MATERIAL = '[[material]]\nname = @"rubber"\ndensity = 1.0\nyoung = 1.0\npoisson = 0.0\n'
+
+
+def body(text):
+    return BODY, 'material = "rubber"\n' + text
+
+
+def ring(text):
+    return body('shape = "ring"\ncenter = 0.5\nradius = 0.4\n' + text)
+
+
+def cylinder(text):
+    return body('shape = "cylinder"\ncenter = 0.5\nradius = 0.4\nheight = 0.5\n' + text)
+
+
+def boundary(text):
+    return "[[boundary]]\n" + text
+
+
+def wall(face, kind):
+    return f'[[boundary]]\nface = "{face}"\ntype = "{kind}"\n'
+
+
+# name, changes of the case, key that the message names, what else it says (the remedy)
+CASE_FAULTS = [
+    # keys and tables
+    ("unknown key", [(DENSITY, "@densty = 1000.0")], "material[0].densty", 'Did you mean "density"?'),
+    ("unknown key of a single table", ["[output]\n@directroy = 'x'\n"], "output.directroy", 'Did you mean "directory"?'),
+    ("unknown key at the top", [("[grid]", "@titel = 'disks'\n[grid]")], "titel", 'Did you mean "title"?'),
+    ("unknown table", ["[@outptu]\ngrid = true\n"], "outptu", 'Did you mean "output"?'),
+    ("unknown list of tables", ["[[@bdy]]\nradius = 1\n"], "bdy", 'Did you mean "body"?'),
+    ("[material] for [[material]]", [("[[material]]", "@[material]")], "material", "[[material]]"),
+    ("[[grid]] for [grid]", [("[grid]", "@[[grid]]")], "grid", "[grid]"),
+    ("table is a number", [("[grid]\ndim = 2\nsize = 1.0\nspacing = 0.25\n", "grid = @3\n")], "grid", "[grid]"),
+    ("bodies are numbers", [("[[body]]\n" + BODY, ""), ("[grid]", "body = [@1, 2]\n[grid]")], "body[0]", "must be a table"),
+    ("missing [grid]", [("[grid]\ndim = 2\nsize = 1.0\nspacing = 0.25\n", "")], "grid", "needs a table [grid]"),
+    ("missing [time]", [("[time]\nend = 0.01\ndt = 0.001\n", "")], "time", "needs a table [time]"),
+    ("missing [[material]]", [("[[material]]\nname = \"rubber\"\ndensity = 1000.0\n" + ELASTIC, "")], "material", "[[material]]"),
+    ("missing [[body]]", [("[[body]]\n" + BODY, "")], "body", "[[body]]"),
+    ("missing key", [("[grid]", "@[grid]"), ("size = 1.0\n", "")], "grid.size", "is missing"),
+    ("missing density", [("[[material]]", "@[[material]]"), (DENSITY + "\n", "")], "material[0].density", "is missing"),
+    ("missing key of a shape", [("[[body]]", "@[[body]]"), ("radius = 0.25\n", "")], "body[0].radius", "needs center, radius"),
+    ("empty file", [(CASE, "")], "grid", "needs a table [grid]"),
+    # types
+    ("string for a number", [(DENSITY, 'density = @"heavy"')], "material[0].density", 'must be a number (got the string "heavy")'),
+    ("bool for a number", [(DENSITY, "density = @true")], "material[0].density", "must be a number (got true)"),
+    ("list for a number", [(DENSITY, "density = @[1.0]")], "material[0].density", "must be a number (got a list)"),
+    ("table for a number", [(DENSITY, "density = @{ value = 1 }")], "material[0].density", "must be a number (got a table)"),
+    ("date for a number", [(DENSITY, "density = @2020-01-01")], "material[0].density", "must be a number (got a date"),
+    ("number for a string", [('name = "rubber"', "name = @7")], "material[0].name", "must be a string (got the integer 7)"),
+    ("float for an integer", [("dim = 2", "dim = @2.0")], "grid.dim", "must be an integer (got the number 2"),
+    ("string for an integer", [("dim = 2", 'dim = @"2"')], "grid.dim", 'must be an integer (got the string "2")'),
+    ("number for a bool", ["[output]\ngrid = @1\n"], "output.grid", "must be true or false (got the integer 1)"),
+    ("string for a bool", ["[output]\ngrid = @'yes'\n"], "output.grid", 'must be true or false (got the string "yes")'),
+    ("table for a list", [("size = 1.0", "size = @{ x = 1.0 }")], "grid.size", "must be a number (got a table)"),
+    ("bool for an expression", ["velocity = [@true, 0]\n"], "body[0].velocity", "number or an expression"),
+    ("number in a list of strings", ["[output]\nfields = ['density', @3]\n"], "output.fields", "must be a string"),
+    ("string in a list of numbers", [("size = 1.0", "size = [1.0, @'1']")], "grid.size", "must be a number"),
+    ("list in a list", [("size = 1.0", "size = [@[1.0, 1.0], 1.0]")], "grid.size", "must be a number (got a list)"),
+    ("list too short", [("size = 1.0", "size = @[1.0]")], "grid.size", "must have 2 values, one per axis (got 1)"),
+    ("list too long", [("size = 1.0", "size = @[1.0, 1.0, 1.0]")], "grid.size", "must have 2 values, one per axis (got 3)"),
+    ("empty list", [("size = 1.0", "size = @[]")], "grid.size", "must have 2 values, one per axis (got 0)"),
+    ("velocity too long", ["velocity = @[0, 0, 0]\n"], "body[0].velocity", "must have 2 values"),
+    ("gravity too long", [("[grid]", "gravity = @[0, 0, -9.81]\n[grid]")], "gravity", "must have 2 values"),
+    # ranges
+    ("negative density", [(DENSITY, "density = @-1000.0")], "material[0].density", "must be positive (got -1000)"),
+    ("zero density", [(DENSITY, "density = @0")], "material[0].density", "must be positive (got 0)"),
+    ("nan", [(DENSITY, "density = @nan")], "material[0].density", "must be a finite number (got nan)"),
+    ("inf", [("end = 0.01", "end = @inf")], "time.end", "must be a finite number (got inf)"),
+    ("minus inf in a list", [("[grid]", "gravity = @[0, -inf]\n[grid]")], "gravity", "must be a finite number (got -inf)"),
+    ("nan velocity", ["velocity = @[nan, 0]\n"], "body[0].velocity", "must be a finite number (got nan)"),
+    ("dim = 4", [("dim = 2", "dim = @4")], "grid.dim", "must be at least 1 and at most 3 (got 4)"),
+    ("dim = 0", [("dim = 2", "dim = @0")], "grid.dim", "must be at least 1 and at most 3 (got 0)"),
+    ("integer beyond 32 bits", [ring("inner_radius = 0.1\ncells = 'polar'\nradial = @99999999999\n")], "body[0].radial", "too large"),
+    ("zero end", [("end = 0.01", "end = @0.0")], "time.end", "must be positive"),
+    ("negative dt", [("dt = 0.001", "dt = @-0.001")], "time.dt", "must be positive"),
+    ("cfl above 1", [("dt = 0.001", "cfl = @1.5")], "time.cfl", "at most 1 (got 1.5)"),
+    ("pic_fraction above 1", ["[method]\npic_fraction = @2\n"], "method.pic_fraction", "at least 0 and at most 1"),
+    ("zero radius", [("radius = 0.25", "radius = @0")], "body[0].radius", "must be positive"),
+    ("zero interval", ["[output]\ninterval = @0\n"], "output.interval", "must be positive"),
+    ("history_interval = 0", ["[output]\nhistory_interval = @0\n"], "output.history_interval", "at least 1"),
+    ("particles_per_cell = 0", ["particles_per_cell = @0\n"], "body[0].particles_per_cell", "at least 1"),
+    ("particles_per_cell = 5", ["particles_per_cell = @5\n"], "body[0].particles_per_cell", "nearest 4"),
+    ("particles_per_cell = 2.5", ["particles_per_cell = @2.5\n"], "body[0].particles_per_cell", "must be an integer"),
+    # elastic constants
+    ("nu = 0.5", [("poisson = 0.3", "poisson = @0.5")], "material[0].poisson", "above -1 and below 0.5 (got 0.5)"),
+    ("nu = -1", [("poisson = 0.3", "poisson = @-1")], "material[0].poisson", "above -1 and below 0.5 (got -1)"),
+    ("negative young", [("young = 1000.0", "young = @-1")], "material[0].young", "must be positive"),
+    ("no elastic constants", [("[[material]]", "@[[material]]"), (ELASTIC, "")], "material[0]", "young and poisson, lambda and mu, or bulk and shear (got none)"),
+    ("one elastic constant", [("[[material]]", "@[[material]]"), ("poisson = 0.3\n", "")], "material[0]", "young and poisson"),
+    ("three elastic constants", [("[[material]]", "@[[material]]"), (ELASTIC, ELASTIC + "mu = 1\n")], "material[0]", "exactly one pair"),
+    ("mixed pair", [("[[material]]", "@[[material]]"), ("poisson = 0.3", "mu = 1")], "material[0]", "(got young, mu)"),
+    ("negative bulk modulus", [(ELASTIC, "lambda = @-1\nmu = 1\n")], "material[0].lambda", "bulk modulus"),
+    ("linear-rate-1d in 2D", [(ELASTIC, "model = @'linear-rate-1d'\nyoung = 1\n")], "material[0].model", "1D only"),
+    ("linear-rate-1d with poisson", [DIM_1, (ELASTIC, "model = @'linear-rate-1d'\n" + ELASTIC)], "material[0].model", "takes young alone"),
+    # names and choices
+    ("unknown preset", ["[method]\npreset = @'cpdi'\n"], "method.preset", 'Did you mean "cpdi1"?'),
+    ("unknown choice of an axis", ["[method]\ndomain = @'boks'\n"], "method.domain", 'Did you mean "box"?'),
+    ("unknown model", [(ELASTIC, ELASTIC + "model = @'neo-hokean'\n")], "material[0].model", 'Did you mean "neo-hookean"?'),
+    ("unknown shape", [('shape = "ball"', 'shape = @"bal"')], "body[0].shape", 'Did you mean "ball"?'),
+    ("unknown field", ["[output]\nfields = @['densty']\n"], "output.fields", 'Did you mean "density"?'),
+    ("unknown material", [('material = "rubber"', 'material = @"ruber"')], "body[0].material", 'Did you mean "rubber"?'),
+    ("duplicate material names", [SECOND_MATERIAL], "material[1].name", "names must differ"),
+    # bodies
+    ("ring in 3D", [DIM_3, body("shape = @'ring'\ncenter = 0.5\nradius = 0.4\ninner_radius = 0.1\n")], "body[0].shape", "does not exist in 3D; there is ball, box, cylinder"),
+    ("cylinder in 2D", [body("shape = @'cylinder'\ncenter = 0.5\nradius = 0.4\nheight = 1\n")], "body[0].shape", "does not exist in 2D; there is ball, box, ring"),
+    ("key without meaning for a shape", ["height = @1.0\n"], "body[0].height", "remove it"),
+    ("inner_radius above radius", [ring("inner_radius = @0.5\n")], "body[0].inner_radius", "must be smaller than radius 0.4"),
+    ("inner_radius equals radius", [ring("inner_radius = @0.4\n")], "body[0].inner_radius", "must be smaller than radius 0.4"),
+    ("polar cells without a hole", [DIM_3, cylinder("cells = @'polar'\n")], "body[0].cells", "inner_radius above zero"),
+    ("polar count of cartesian cells", [ring("inner_radius = 0.1\nradial = @3\n")], "body[0].radial", 'cells = "polar"'),
+    ("angles that fall", [ring("inner_radius = 0.1\nangle = @[90, 0]\n")], "body[0].angle", "must grow"),
+    ("one angle", [ring("inner_radius = 0.1\nangle = @[90]\n")], "body[0].angle", "[first, last]"),
+    ("upper below lower", [body("shape = 'box'\nlower = [0.2, 0.6]\nupper = @[0.8, 0.4]\n")], "body[0].upper", "must be larger than lower"),
+    ("body outside the grid", [('shape = "ball"', 'shape = @"ball"'), ("center = 0.5", "center = [0.9, 0.5]")], "body[0].shape", "lies outside the grid"),
+    ("body beyond a plane", [('shape = "ball"', 'shape = @"ball"'), wall("x-min", "fixed") + "at = 0.5\n"], "body[0].shape", "lies beyond the boundary at x = 0.5"),
+    ("overlapping bodies", [SECOND_BODY], "body[1].shape", "move them apart"),
+    ("body without particles", [('shape = "ball"', 'shape = @"ball"'), ("radius = 0.25", "radius = 0.01")], "body[0].shape", "holds no particle"),
+    # grid and time
+    ("spacing that does not divide the size", [("spacing = 0.25", "spacing = @0.3")], "grid.spacing", "must divide the size 1 "),
+    ("spacing above the size", [("spacing = 0.25", "spacing = @3.0")], "grid.spacing", "must divide the size 1 "),
+    ("too many cells", [("spacing = 0.25", "spacing = @1e-9")], "grid.spacing", "at most 1e6"),
+    ("dt above the limit", [("dt = 0.001", "dt = @0.5")], "time.dt", "is above the limit"),
+    ("dt and cfl", [("dt = 0.001", "dt = 0.001\ncfl = @0.4")], "time.cfl", "excludes dt"),
+    # expressions
+    ("bad expression syntax", ["velocity = [@'2*(x', 0]\n"], "body[0].velocity", "cannot be read"),
+    ("empty expression", ["velocity = [@'', 0]\n"], "body[0].velocity", "cannot be read"),
+    ("unknown variable", ["velocity = [0, @'x + q']\n"], "body[0].velocity", "It may use x, y, z, t"),
+    ("unknown function", ["body_force = [@'sine(x)', 0]\n"], "body[0].body_force", "cannot be read"),
+    ("nan velocity from an expression", ["velocity = @['sqrt(-1 - x)', 0]\n"], "body[0].velocity", "must give a number everywhere"),
+    ("infinite velocity from an expression", ["velocity = @['1/(x - x)', 0]\n"], "body[0].velocity", "must give a number everywhere"),
+    ("nan body force at t = 0", ["body_force = @['sqrt(-1 - x)', 0]\n"], "body[0].body_force", "must give a number everywhere"),
+    ("nan boundary velocity at t = 0", [boundary("face = 'x-min'\ntype = 'velocity'\nvalue = @['sqrt(-1 - y)', 0]\n")], "boundary[0].value", "must give a number"),
+    # boundaries
+    ("z-min in 2D", [boundary("face = @'z-min'\ntype = 'fixed'\n")], "boundary[0].face", "does not exist in 2D"),
+    ("unknown face", [boundary("face = @'left'\ntype = 'fixed'\n")], "boundary[0].face", "must be one of x-min, x-max"),
+    ("no face", [boundary("face = @[]\ntype = 'fixed'\n")], "boundary[0].face", "at least one face"),
+    ("unknown boundary type", [boundary("face = 'x-min'\ntype = @'fixt'\n")], "boundary[0].type", 'Did you mean "fixed"?'),
+    ("velocity without value", ["@" + boundary("face = 'x-min'\ntype = 'velocity'\n")], "boundary[0].value", "needs the velocity"),
+    ("value without velocity", [boundary("face = 'x-min'\ntype = 'fixed'\nvalue = @[1, 0]\n")], "boundary[0].value", "remove it"),
+    ("periodic and fixed on one axis", [wall("x-min", "periodic"), boundary("face = @'x-max'\ntype = 'fixed'\n")], "boundary[1].face", "remove one of the two"),
+    ("plane outside the grid", [wall("x-min", "fixed") + "at = @-1.0\n"], "boundary[0].at", "lies outside the grid"),
+    ("plane of a periodic axis", [wall("x-min", "periodic") + "at = @0.0\n"], "boundary[0].at", "remove it"),
+    # probes and output
+    ("probe without a place", ["@[[probe]]\nname = 'tip'\n"], "probe[0].point", "either particle or point"),
+    ("probe with two places", ["[[probe]]\nname = 'tip'\nparticle = 0.5\npoint = @0.5\n"], "probe[0].point", "either particle or point"),
+    ("probe point outside the grid", ["[[probe]]\nname = 'tip'\npoint = @[2, 0]\n"], "probe[0].point", "lies outside the grid"),
+    ("probe particle outside the grid", ["[[probe]]\nname = 'tip'\nparticle = @[2, 0]\n"], "probe[0].particle", "lies outside the grid"),
+    ("bad probe name", ["[[probe]]\nname = @'../tip'\npoint = 0.5\n"], "probe[0].name", "letters, digits"),
+    ("duplicate probe names", ["[[probe]]\nname = 'tip'\npoint = 0.5\n", "[[probe]]\nname = @'tip'\npoint = 0.4\n"], "probe[1].name", "names must differ"),
+    ("directory below a file", ["[output]\ndirectory = @'case.toml/sub'\n"], "output.directory", "is not a directory"),
+    # TOML itself
+    ("unfinished string", [('name = "rubber"', 'name = "rubber@')], "", "not valid TOML"),
+    ("no value", [(DENSITY, "density = @")], "", "not valid TOML"),
+    ("no equals sign", [(DENSITY, "density @1000.0")], "", "not valid TOML"),
+    ("unfinished list", [("size = 1.0\n", "size = [1.0\n"), ("spacing", "@spacing")], "", "not valid TOML"),
+    ("unfinished table header", [("[time]", "[time@")], "", "not valid TOML"),
+    ("duplicate key", [(DENSITY, DENSITY + "\n@density = 1.0")], "", "not valid TOML"),
+    ("duplicate table", ["@[grid]\n"], "", "not valid TOML"),
+    ("bare word", [('shape = "ball"', "shape = @ball")], "", "not valid TOML"),
+]
+
+# name, particles.csv (None: there is no such file), key, remedy
+CSV_FAULTS = [
+    ("missing file", None, "body[0].file", "relative to the case file"),
+    ("missing column", "@x,volume\n0.5,0.01\n", "header", 'the column "y" is missing'),
+    ("unknown column", "x,y,@volme\n0.5,0.5,0.01\n", "header", 'Did you mean "volume"?'),
+    ("column of another dimension", "x,y,@z,volume\n0.5,0.5,0.5,0.01\n", "header", "there is no column"),
+    ("column twice", "x,y,@x,volume\n0.5,0.5,0.5,0.01\n", "header", "stands twice"),
+    ("not a number", "x,y,volume\n0.5,@half,0.01\n", "y", 'must be a finite number (got "half")'),
+    ("number with a tail", "x,y,volume\n0.5, @0.5m,0.01\n", "y", "must be a finite number"),
+    ("nan", "x,y,volume\n# a comment\n@nan,0.5,0.01\n", "x", "must be a finite number"),
+    ("no value", "x,y,volume\n0.5,@,0.01\n", "y", "must be a finite number"),
+    ("negative volume", "x,y,volume\n0.5,0.5,@-0.01\n", "volume", "must be positive"),
+    ("too few values", "x,y,volume\n@0.5,0.5\n", "particle", "has 2 values, the header 3"),
+    ("too many values", "x,y,volume\n@0.5,0.5,0.01,1\n", "particle", "has 4 values, the header 3"),
+    ("left-handed edges", "x,y,volume,r1x,r1y,r2x,r2y\n@0.5,0.5,0.01,0,0.05,0.05,0\n", "r1x", "right-handed"),
+    ("some edges left out", "@x,y,volume,r1x,r1y\n0.5,0.5,0.01,0.05,0\n", "header", "r2x"),
+    ("edges that do not span the volume", "x,y,volume,r1x,r1y,r2x,r2y\n0.5,0.5,@0.02,0.05,0,0,0.05\n", "volume", "half-edge vectors"),
+    ("header alone", "x,y,volume\n", "body[0].file", "holds no particle"),
+    ("empty", "", "body[0].file", "holds no particle"),
+]
+
+# what follows `ordo check case.toml` and `ordo run case.toml`, what the message names, the remedy
+OPTION_FAULTS = [
+    (["--set", "grid.spacing"], "grid.spacing", "key=value"),
+    (["--set", "=3"], "=3", "key=value"),
+    (["--set", "body.1.radius=0.1"], "body.1.radius", "from 0 to 0"),
+    (["--set", "body.-1.radius=0.1"], "body.-1.radius", "from 0 to 0"),
+    (["--set", "body.first.radius=0.1"], "body.first.radius", "from 0 to 0"),
+    (["--set", "grid.spcing=0.1"], "grid.spcing", 'Did you mean "spacing"?'),
+    (["--set", "gird.spacing=0.1"], "gird", 'Did you mean "grid"?'),
+    (["--set", "grid.dim=two"], "grid.dim", "must be an integer"),
+    (["--set", "grid.dim.x=2"], "grid.dim.x", "no table"),
+    (["--set", "grid.size=[1,1,1]"], "grid.size", "must have 2 values"),
+    (["--set", "body.0.radius="], "radius", "must be a number"),
+    (["--set", "body.0.velocity=[0, 'q']"], "velocity", "cannot be read"),
+    (["--set", "material.0.density=-1"], "density", "must be positive"),
+    (["--set", "output.directory=case.toml/sub"], "output.directory", "is not a directory"),
+    (["--output", "case.toml"], "case.toml", "is not a directory"),
+    (["--output", "case.toml/sub"], "case.toml/sub", "is not a directory"),
+    (["--nonsense"], "--nonsense", "--help"),
+    (["extra.toml"], "extra.toml", "--help"),
+]
+
+# a whole command line, what the message names, the remedy
+COMMAND_FAULTS = [
+    ([], "subcommand", "--help"),
+    (["rum"], "rum", "--help"),
+    (["run"], "case", "--help"),
+    (["check"], "case", "--help"),
+    (["run", "nowhere.toml"], "nowhere.toml", "give the path of a case file"),
+    (["check", "nowhere.toml"], "nowhere.toml", "give the path of a case file"),
+    (["run", "."], "is a directory", "case.toml"),
+    (["check", "."], "is a directory", "case.toml"),
+    (["run", "case.toml", "--threads", "0"], "--threads", "1"),
+    (["run", "case.toml", "--threads", "-2"], "--threads", "1"),
+    (["run", "case.toml", "--threads", "two"], "--threads", "two"),
+    (["run", "case.toml", "--set"], "--set", "--help"),
+    (["list", "colours"], "colours", "methods"),
+    (["bench", "--method", "cpdi"], "cpdi", 'Did you mean "cpdi1"?'),
+    (["bench", "--dim", "4"], "--dim", "1"),
+    (["bench", "--particles", "0"], "--particles", "1"),
+    (["bench", "--steps", "0"], "--steps", "1"),
+]
+
+
+def split_mark(text):
+    """The text without its mark, and the place "line:column" where it stood, or None."""
+    before, mark, after = text.partition(MARK)
+    place = f"{before.count(chr(10)) + 1}:{len(before) - before.rfind(chr(10))}"
+    return before + after, place if mark else None
+
+
+class BadInput(InTemporaryDirectory):
+    def assert_refused(self, *args, says, by_ordo=True):
+        """Exit code 2, one line of ordo's own on stderr that says all of it, and nothing written."""
+        before = sorted(self.dir.rglob("*"))
+        done = ordo(*args, cwd=self.dir)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertEqual(done.stdout, "")
+        for part in says:
+            self.assertIn(part, done.stderr)
+        if by_ordo:
+            self.assertTrue(done.stderr.startswith("ordo: error: "), done.stderr)
+            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        self.assertEqual(sorted(self.dir.rglob("*")), before, "something was written")
+
+    def test_case(self):
+        for (name, changes, key, remedy), command in itertools.product(CASE_FAULTS, COMMANDS):
+            text, place = split_mark(edit(CASE, *changes))
+            self.write("case.toml", text)
+            where = f"case.toml:{place}: {key}" if place else f"case.toml: {key}"
+            with self.subTest(name, command=command):
+                self.assert_refused(command, "case.toml", says=[where, remedy])
+
+    def test_case_that_is_not_text(self):
+        (self.dir / "case.toml").write_bytes(b"\x89HDF\r\n\x1a\n\x00\xff")
+        for command in COMMANDS:
+            with self.subTest(command=command):
+                self.assert_refused(command, "case.toml", says=["case.toml:1:1", "not valid TOML"])
+
+    def test_particle_file(self):
+        case = edit(CASE, (BODY, BODY.split("shape")[0] + "shape = 'particles'\nfile = @'particles.csv'\n"))
+        case, place = split_mark(case)
+        self.write("case.toml", case)
+        for (name, csv, key, remedy), command in itertools.product(CSV_FAULTS, COMMANDS):
+            (self.dir / "particles.csv").unlink(missing_ok=True)
+            text, csv_place = split_mark(csv or "")
+            if csv is not None:
+                self.write("particles.csv", text)
+            where = f"particles.csv:{csv_place}: {key}" if csv_place else f"case.toml:{place}: {key}"
+            with self.subTest(name, command=command):
+                self.assert_refused(command, "case.toml", says=[where, remedy])
+
+    def test_options_of_a_case(self):
+        self.write("case.toml", CASE)
+        for (options, key, remedy), command in itertools.product(OPTION_FAULTS, COMMANDS):
+            with self.subTest(" ".join(options), command=command):
+                self.assert_refused(command, "case.toml", *options, says=[key, remedy], by_ordo=remedy != "--help")
+
+    def test_command_line(self):
+        self.write("case.toml", CASE)
+        for args, names, remedy in COMMAND_FAULTS:
+            with self.subTest(" ".join(args) or "nothing"):
+                self.assert_refused(*args, says=[names, remedy], by_ordo=False)
+
+    def test_the_table_is_about_a_valid_case(self):
+        self.write("case.toml", CASE)
+        for dim in (1, 2, 3):
+            self.assertEqual(ordo("check", "case.toml", "--set", f"grid.dim={dim}", cwd=self.dir).returncode, 0)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,165 @@
+// Sort, tiles and colours, periodic images, boundary planes.
+#include "grid/boundary.hpp"
+#include "grid/halo.hpp"
+#include "particles/sort.hpp"
+#include "support/particles.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace ordo {
+namespace {
+
+TEST(Sort, OrderIsStableAndSorted)
+{
+    test::Random random(1);
+    for (std::uint64_t end : {std::uint64_t{1}, std::uint64_t{50}, std::uint64_t{1} << 40}) {
+        std::vector<std::uint64_t> keys(5000);
+        for (auto& k : keys) k = std::uniform_int_distribution<std::uint64_t>(0, end - 1)(random);
+        std::vector<int> expected(keys.size());
+        std::iota(expected.begin(), expected.end(), 0);
+        std::stable_sort(expected.begin(), expected.end(), [&](int a, int b) { return keys[a] < keys[b]; });
+        EXPECT_EQ(stable_order(keys, end), expected);
+    }
+}
+
+TEST(Tiles, WidthKeepsTilesOfOneColourApart)
+{
+    for (int halo = 1; halo < 40; ++halo) {
+        const int w = Tiles<1>::width_for(halo);
+        EXPECT_LT(w + halo, 2 * w - halo);
+    }
+}
+
+/// The nodes that tiles of one colour may write to never meet; every such node belongs to an active block.
+TEST(Tiles, ColoursShareNoNode)
+{
+    for (int halo : {1, 2, 5}) {
+        const Lattice<2> lattice(Vec<2>{}, Vec<2>::filled(0.05), {40, 33}, {}, halo + 1);
+        Tiles<2> tiles(lattice, halo);
+        std::vector<std::uint64_t> keys;
+        IndexBox<2>{{halo + 1, halo + 1}, {halo + 41, halo + 34}}.for_each([&](const Index<2>& c) { keys.push_back(tiles.key(c)); });
+        std::sort(keys.begin(), keys.end());
+        tiles.assign(keys);
+        std::size_t particles = 0;
+        for (const Tile& t : tiles.tiles()) particles += static_cast<std::size_t>(t.end - t.begin);
+        EXPECT_EQ(particles, keys.size());
+
+        std::vector<Index<2>> cell_of_key(tiles.key_end());
+        IndexBox<2>{{0, 0}, {lattice.nodes[0], lattice.nodes[1]}}.for_each([&](const Index<2>& c) { cell_of_key[tiles.key(c)] = c; });
+        int colour_changes = 0;
+        std::set<std::pair<int, int>> written;
+        int previous_parity = -1;
+        const int threads   = thread_count();
+        set_thread_count(1);
+        tiles.for_each_by_colour([&](const Tile& t) {
+            const Index<2> cell = cell_of_key[keys[static_cast<std::size_t>(t.begin)]];
+            const Index<2> tile = {cell[0] / tiles.width(), cell[1] / tiles.width()};
+            const int parity    = (tile[0] & 1) | (tile[1] & 1) << 1;
+            if (parity != previous_parity) {
+                written.clear();
+                ++colour_changes;
+            }
+            previous_parity = parity;
+            IndexBox<2> reach{};
+            for (int a = 0; a < 2; ++a) {
+                reach.lo[a] = std::max(0, tile[a] * tiles.width() - halo);
+                reach.hi[a] = std::min(lattice.nodes[a], (tile[a] + 1) * tiles.width() + halo + 1);
+            }
+            reach.for_each([&](const Index<2>& n) {
+                EXPECT_TRUE(written.insert({n[0], n[1]}).second);
+                EXPECT_TRUE(tiles.is_active(n));
+            });
+        });
+        set_thread_count(threads);
+        EXPECT_EQ(colour_changes, 4);
+    }
+}
+
+/// Images add up once and copies reach every repeated node, corners too.
+TEST(Halo, PeriodicImages)
+{
+    const Lattice<2> lattice(Vec<2>{}, Vec<2>::filled(0.25), {4, 4}, {true, true}, 2);
+    Tiles<2> tiles(lattice, 1);
+    std::vector<std::uint64_t> keys;
+    IndexBox<2>{{2, 2}, {6, 6}}.for_each([&](const Index<2>& c) { keys.push_back(tiles.key(c)); });
+    std::sort(keys.begin(), keys.end());
+    tiles.assign(keys);
+    const Halo<2> halo(lattice, tiles);
+    Array<Lanes> nodes(lattice.node_count());
+    IndexBox<2> all{{0, 0}, lattice.nodes};
+    double total = 0;
+    all.for_each([&](const Index<2>& n) {
+        nodes[lattice.offset(n)][3] = 1 + n[0] + 10 * n[1];
+        total += 1 + n[0] + 10 * n[1];
+    });
+    halo.add(nodes.data(), 0, NodeLane::end);
+    double inside = 0;
+    IndexBox<2>{{2, 2}, {6, 6}}.for_each([&](const Index<2>& n) { inside += nodes[lattice.offset(n)][3]; });
+    EXPECT_DOUBLE_EQ(inside, total);
+    halo.copy(nodes.data());
+    all.for_each([&](const Index<2>& n) {
+        const Index<2> image = {lattice.periodic_image(0, n[0]), lattice.periodic_image(1, n[1])};
+        EXPECT_EQ(nodes[lattice.offset(n)][3], nodes[lattice.offset(image)][3]);
+    });
+}
+
+struct BoundaryCase {
+    double at;
+    bool outer_is_above;
+    int first_constrained, last_constrained;  ///< nodes of a 10-cell axis, without margin; -1 and 11 are in the margin
+};
+TEST(Boundary, PlanesActFromTheirNodeOutwards)
+{
+    for (const BoundaryCase& c : {BoundaryCase{0.0, false, -2, 0}, BoundaryCase{0.3, false, -2, 3}, BoundaryCase{0.35, false, -2, 3},
+                                  BoundaryCase{1.0, true, 10, 12}, BoundaryCase{0.7, true, 7, 12}, BoundaryCase{0.65, true, 7, 12}}) {
+        const Lattice<1> lattice(Vec<1>{}, Vec<1>{0.1}, {10}, {}, 2);
+        Tiles<1> tiles(lattice, 1);
+        std::vector<std::uint64_t> keys;
+        for (int k = 2; k < 12; ++k) keys.push_back(tiles.key({k}));
+        tiles.assign(keys);
+        std::vector<Boundary<1>> boundaries(1);
+        boundaries[0].at             = c.at;
+        boundaries[0].outer_is_above = c.outer_is_above;
+        const Constraints<1> constraints(boundaries, lattice, tiles);
+        Array<Lanes> nodes(lattice.node_count());
+        for (Lanes& n : nodes) n = make_lanes(1, 1, 1, 1, 1, 1, 1, 1);
+        constraints.apply(nodes.data(), 0.0);
+        for (int k = 0; k < lattice.nodes[0]; ++k) {
+            const bool held = k - 2 >= c.first_constrained && k - 2 <= c.last_constrained;
+            EXPECT_EQ(nodes[static_cast<std::size_t>(k)][NodeLane::velocity], held ? 0.0 : 1.0) << c.at << " node " << k - 2;
+            EXPECT_EQ(nodes[static_cast<std::size_t>(k)][NodeLane::increment], held ? 0.0 : 1.0);
+        }
+    }
+}
+
+TEST(Boundary, TypesActOnTheirComponents)
+{
+    const Lattice<2> lattice(Vec<2>{}, Vec<2>::filled(0.5), {2, 2}, {}, 1);
+    Tiles<2> tiles(lattice, 0);
+    std::vector<std::uint64_t> keys;
+    IndexBox<2>{{1, 1}, {3, 3}}.for_each([&](const Index<2>& c) { keys.push_back(tiles.key(c)); });
+    std::sort(keys.begin(), keys.end());
+    tiles.assign(keys);
+    auto apply = [&](BoundaryType type, auto value) {
+        std::vector<Boundary<2>> b(1);
+        b[0].axis  = 1;
+        b[0].type  = type;
+        b[0].value = value;
+        Array<Lanes> nodes(lattice.node_count());
+        for (Lanes& n : nodes) n = make_lanes(3, 4, 0, 1, 0.5, 0.25, 0, 0);
+        Constraints<2>(b, lattice, tiles).apply(nodes.data(), 2.0);
+        const Lanes& n = nodes[lattice.offset({1, 1})];
+        return std::array{n[0], n[1], n[4], n[5]};
+    };
+    using Value = std::array<std::optional<Field>, 2>;
+    EXPECT_EQ(apply(BoundaryType::fixed, Value{}), (std::array{0.0, 0.0, 0.0, 0.0}));
+    EXPECT_EQ(apply(BoundaryType::symmetry, Value{}), (std::array{3.0, 0.0, 0.5, 0.0}));
+    // Prescribed 2 t = 4 along y: the increment leads from the projected 4 - 0.25 to it; x stays free.
+    const Field twice_t(std::function<double(const FieldPoint&)>([](const FieldPoint& at) { return 2 * at.t; }));
+    EXPECT_EQ(apply(BoundaryType::velocity, Value{std::nullopt, twice_t}), (std::array{3.0, 4.0, 0.5, 0.25}));
+}
+
+}  // namespace
+}  // namespace ordo

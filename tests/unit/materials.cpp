@@ -1,0 +1,183 @@
+// Every material: stress is the derivative of the energy, objectivity, closed forms, small-strain limit.
+#include "material/material.hpp"
+#include "support/particles.hpp"
+
+#include <gtest/gtest.h>
+
+namespace ordo {
+namespace {
+
+constexpr double kLambda = 577.0, kMu = 385.0;
+
+/// P = J sigma F^-T against dW/dF by dual numbers.
+template <class Law, int D>
+void check_stress_is_energy_derivative()
+{
+    const Law law{kLambda, kMu};
+    test::Random random(3);
+    for (int k = 0; k < 50; ++k) {
+        const Mat<D> F = test::random_deformation<D>(random, 0.4);
+        const Mat<D> P = det(F) * (law.cauchy(F) * transpose(inverse(F)));
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j < D; ++j) {
+                Mat<D, Dual<>> G{};
+                for (int a = 0; a < D; ++a)
+                    for (int b = 0; b < D; ++b) G(a, b) = Dual<>(F(a, b), a == i && b == j ? 1.0 : 0.0);
+                EXPECT_NEAR(law.energy(G).slope, P(i, j), 1e-10 * (kLambda + kMu) * (1 + std::fabs(P(i, j)) / kMu));
+            }
+    }
+}
+TEST(Materials, StressIsTheDerivativeOfTheEnergy)
+{
+    check_stress_is_energy_derivative<NeoHookean, 1>();
+    check_stress_is_energy_derivative<NeoHookean, 2>();
+    check_stress_is_energy_derivative<NeoHookean, 3>();
+    check_stress_is_energy_derivative<StVenantKirchhoff, 1>();
+    check_stress_is_energy_derivative<StVenantKirchhoff, 2>();
+    check_stress_is_energy_derivative<StVenantKirchhoff, 3>();
+}
+
+template <int D>
+Mat<D> rotation(double angle)
+{
+    Mat<D> Q = Mat<D>::identity();
+    if constexpr (D >= 2) {
+        Q(0, 0) = Q(1, 1) = std::cos(angle);
+        Q(0, 1)           = -std::sin(angle);
+        Q(1, 0)           = std::sin(angle);
+    }
+    if constexpr (D == 3) {
+        Mat<D> R = Mat<D>::identity();
+        R(1, 1) = R(2, 2) = std::cos(2 * angle);
+        R(1, 2)           = -std::sin(2 * angle);
+        R(2, 1)           = std::sin(2 * angle);
+        Q                 = R * Q;
+    }
+    return Q;
+}
+
+/// sigma(Q F) = Q sigma(F) Q^T and the same energy.
+template <class Law, int D>
+void check_objectivity()
+{
+    const Law law{kLambda, kMu};
+    test::Random random(5);
+    const Mat<D> F = test::random_deformation<D>(random, 0.3), Q = rotation<D>(0.8);
+    const Mat<D> turned = law.cauchy(Q * F), expected = Q * law.cauchy(F) * transpose(Q);
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) EXPECT_NEAR(turned(i, j), expected(i, j), 1e-10);
+    EXPECT_NEAR(law.energy(Q * F), law.energy(F), 1e-10);
+}
+TEST(Materials, HyperelasticLawsAreObjective)
+{
+    check_objectivity<NeoHookean, 2>();
+    check_objectivity<NeoHookean, 3>();
+    check_objectivity<StVenantKirchhoff, 2>();
+    check_objectivity<StVenantKirchhoff, 3>();
+}
+
+/// A rigid rotation in large steps turns the stress exactly and stores no energy.
+template <int D>
+void check_jaumann_rotation()
+{
+    const JaumannElastic law{kLambda, kMu};
+    test::Random random(6);
+    Mat<D> sigma{};
+    for (int i = 0; i < D; ++i)
+        for (int j = i; j < D; ++j) sigma(i, j) = sigma(j, i) = test::uniform(random, -10, 10);
+    // Hughes & Winget turn by the Cayley form: the step of angle a is the rotation of 2 atan(tan(a/2)) = a in a plane.
+    Mat<D> Q            = Mat<D>::identity();
+    Q(0, 0) = Q(1, 1)   = std::cos(0.5);
+    Q(0, 1)             = -std::sin(0.5);
+    Q(1, 0)             = std::sin(0.5);
+    const Mat<D> turned = law.update(sigma, Q - Mat<D>::identity());
+    const Mat<D> exact  = Q * sigma * transpose(Q);
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) EXPECT_NEAR(turned(i, j), exact(i, j), 1e-12);
+    EXPECT_NEAR(law.energy(turned), law.energy(sigma), 1e-12);
+}
+TEST(Materials, JaumannLawTurnsWithRigidRotations)
+{
+    check_jaumann_rotation<2>();
+    check_jaumann_rotation<3>();
+}
+
+/// Uniaxial strain in small steps: sigma_xx = (lambda + 2 mu) ln F, and the energy is the work done.
+template <int D>
+void check_jaumann_uniaxial()
+{
+    const JaumannElastic law{kLambda, kMu};
+    const int steps = 2000;
+    Mat<D> sigma{};
+    double work = 0, stretch = 1;
+    for (int k = 0; k < steps; ++k) {
+        Mat<D> G{};
+        G(0, 0)             = std::pow(1.05, 1.0 / steps) - 1;
+        const double before = sigma(0, 0);
+        sigma               = law.update(sigma, G);
+        work += 0.5 * (before + sigma(0, 0)) * std::log1p(G(0, 0));
+        stretch *= 1 + G(0, 0);
+    }
+    const double expected = (kLambda + 2 * kMu) * std::log(stretch);
+    EXPECT_NEAR(sigma(0, 0), expected, 1e-6 * expected);
+    EXPECT_NEAR(law.energy(sigma), work, 1e-6 * work);
+    if constexpr (D > 1) {
+        EXPECT_NEAR(sigma(1, 1), kLambda * std::log(stretch), 1e-6 * expected);
+    }
+    if constexpr (D < 3) {
+        EXPECT_NEAR(law.lateral(sigma), kLambda * std::log(stretch), 1e-6 * expected);
+    }
+}
+TEST(Materials, JaumannLawUniaxialStrain)
+{
+    check_jaumann_uniaxial<1>();
+    check_jaumann_uniaxial<2>();
+    check_jaumann_uniaxial<3>();
+}
+
+TEST(Materials, LinearRateLawOfWobbes)
+{
+    const LinearRate1D law{2e4};
+    Mat<1> sigma{};
+    for (int k = 0; k < 10; ++k) sigma = law.update(sigma, Mat<1>{{{1e-3}}});
+    EXPECT_NEAR(sigma(0, 0), 2e4 * 1e-2, 1e-9);
+    EXPECT_NEAR(law.energy(sigma), 0.5 * 2e4 * 1e-4, 1e-12);
+}
+
+TEST(Materials, NeoHookeanClosedForms)
+{
+    const NeoHookean law{kLambda, kMu};
+    const double F = 1.3;
+    EXPECT_NEAR(law.cauchy(Mat<1>{{{F}}})(0, 0), (kLambda * std::log(F) + kMu * (F * F - 1)) / F, 1e-10);
+    const double g       = 0.4;  // simple shear: sigma = mu [g^2 g; g 0]
+    const Mat<2> sheared = law.cauchy(Mat<2>{{{1, g}, {0, 1}}});
+    EXPECT_NEAR(sheared(0, 0), kMu * g * g, 1e-10);
+    EXPECT_NEAR(sheared(0, 1), kMu * g, 1e-10);
+    EXPECT_NEAR(sheared(1, 1), 0, 1e-10);
+}
+
+/// All models agree with linear elasticity at small strain, in plane and across.
+TEST(Materials, SmallStrainLimit)
+{
+    const double e = 1e-6;
+    const Mat<2> H{{{1.0 * e, 0.3 * e}, {0.5 * e, -0.4 * e}}};
+    const Mat<2> F = Mat<2>::identity() + H;
+    Mat<2> linear  = kMu * (H + transpose(H));
+    for (int a = 0; a < 2; ++a) linear(a, a) += kLambda * trace(H);
+    const Mat<2> all[] = {NeoHookean{kLambda, kMu}.cauchy(F), StVenantKirchhoff{kLambda, kMu}.cauchy(F),
+                          JaumannElastic{kLambda, kMu}.update(Mat<2>{}, H)};
+    for (const Mat<2>& s : all)
+        for (int i = 0; i < 2; ++i)
+            for (int j = 0; j < 2; ++j) EXPECT_NEAR(s(i, j), linear(i, j), 1e-5 * e * 1e6 * 1e-3);
+    EXPECT_NEAR((NeoHookean{kLambda, kMu}.lateral(F)), kLambda * trace(H), 1e-8);
+    EXPECT_NEAR((StVenantKirchhoff{kLambda, kMu}.lateral(F)), kLambda * trace(H), 1e-8);
+}
+
+TEST(Materials, WaveSpeed)
+{
+    const Material m{MaterialModel::neo_hookean, 1000.0, kLambda, kMu};
+    EXPECT_NEAR(m.wave_speed(), std::sqrt((kLambda + 2 * kMu) / 1000), 1e-14);
+}
+
+}  // namespace
+}  // namespace ordo
