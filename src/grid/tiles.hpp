@@ -2,6 +2,7 @@
 // Tiles of one colour share no node, so that a scatter needs no atomics and sums in one order for any thread count.
 #pragma once
 
+#include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "grid/lattice.hpp"
 
@@ -52,6 +53,7 @@ class Tiles {
         Index<D> tile{};
         std::uint64_t inner = 0;
         for (int a = D - 1; a >= 0; --a) {
+            ORDO_EXPECT(cell[a] >= 0 && cell[a] < lattice_.nodes[a]);
             tile[a] = cell[a] / width_;
             inner   = inner * width_ + cell[a] % width_;
         }

@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <regex>
 
 namespace ordo::io {
 
@@ -18,10 +17,14 @@ namespace {
 void remove_earlier_run(const std::filesystem::path& directory)
 {
     if (!std::filesystem::exists(directory / "case.toml")) return;
-    static const std::regex ours(R"((particles|grid)_\d+\.(vtu|vti)|(particles|grid)\.pvd|history\.csv|probe_[\w-]+\.csv|.*\.part)");
+    auto is_ours = [](const std::string& name) {
+        for (const auto& [start, end] : {std::pair{"particles_", ".vtu"}, {"grid_", ".vti"}, {"probe_", ".csv"}, {"particles.pvd", ""}, {"grid.pvd", ""}, {"history.csv", ""}, {"", ".part"}})
+            if (name.starts_with(start) && name.ends_with(end)) return true;
+        return false;
+    };
     std::vector<std::filesystem::path> old;
     for (const auto& entry : std::filesystem::directory_iterator(directory))
-        if (std::regex_match(entry.path().filename().string(), ours)) old.push_back(entry.path());
+        if (is_ours(entry.path().filename().string())) old.push_back(entry.path());
     for (const auto& path : old) std::filesystem::remove(path);
 }
 

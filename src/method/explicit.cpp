@@ -98,43 +98,43 @@ State<D> Explicit<D>::start(Particles<D> particles) const
 template <int D>
 void Explicit<D>::step(State<D>& s, double dt) const
 {
-    const Scheme scheme    = model_.method.scheme;
-    const bool leapfrog    = model_.method.start == Start::leapfrog;
-    const double dt_kick   = leapfrog ? 0.5 * (s.dt_prev + dt) : dt;  // the first kick of a leapfrog is a half step
-    const double t_kicked  = s.t_v + dt_kick;
-    constexpr int all_sums = NodeLane::end;
+    const Scheme scheme   = model_.method.scheme;
+    const bool leapfrog   = model_.method.start == Start::leapfrog;
+    const double dt_kick  = leapfrog ? 0.5 * (s.dt_prev + dt) : dt;  // the first kick of a leapfrog is a half step
+    const double t_kicked = s.t_v + dt_kick;
 
+    ORDO_EXPECT(dt > 0);
     sort_if_stale(s);
     evaluate_body_forces(s);
     Lanes* nodes  = s.nodes.data();
     Lanes* strain = scheme == Scheme::usl ? nodes : s.strain_nodes.data();
 
-    clear(nodes, s.tiles);
+    clear_nodes(s, nodes);
     if (scheme == Scheme::usf) {
-        scatter(s, passes_.project, nodes, 0, NodeLane::increment);  // m_i, (m v)_i <- particles
-        velocities(nodes, s.tiles);                                  // v_i
+        scatter(s, passes_.project, nodes, 0, NodeLane::increment);             // m_i, (m v)_i <- particles
+        velocities(s, nodes);                                                   // v_i
         copy(strain, nodes, s.tiles);
         constrain(s, strain, s.t_v);
-        gather(s, passes_.update_stress, strain, dt);                // F_p, sigma_p from v_i at t_n
-        scatter(s, passes_.force, nodes, NodeLane::increment, all_sums);  // f_i <- sigma_p
+        gather(s, passes_.update_stress, strain, dt);                           // F_p, sigma_p from v_i at t_n
+        scatter(s, passes_.force, nodes, NodeLane::increment, NodeLane::end);   // f_i <- sigma_p
     } else {
-        scatter(s, passes_.project_and_force, nodes, 0, all_sums);   // m_i, (m v)_i, f_i <- particles
-        velocities(nodes, s.tiles);                                  // v_i
+        scatter(s, passes_.project_and_force, nodes, 0, NodeLane::end);         // m_i, (m v)_i, f_i <- particles
+        velocities(s, nodes);                                                   // v_i
     }
-    advance(nodes, s.tiles, model_.gravity, dt_kick);                // a_i = f_i/m_i + g;  v_i += dt a_i
+    advance(s, nodes, dt_kick);                                                 // a_i = f_i/m_i + g;  v_i += dt a_i
     constrain(s, nodes, t_kicked);
 
     switch (scheme) {
     case Scheme::usf: gather(s, passes_.velocity_and_move, nodes, dt); break;
     case Scheme::usl: gather(s, passes_.update_all, nodes, dt); break;
     case Scheme::musl:
-        gather(s, passes_.update_velocity, nodes, dt);               // v_p <- a_i
-        clear(strain, s.tiles);
-        scatter(s, passes_.project, strain, 0, NodeLane::increment);  // the same nodes again, with the new v_p
-        velocities(strain, s.tiles);
+        gather(s, passes_.update_velocity, nodes, dt);                          // v_p <- a_i
+        clear_nodes(s, strain);
+        scatter(s, passes_.project, strain, 0, NodeLane::increment);            // the same nodes again, with the new v_p
+        velocities(s, strain);
         constrain(s, strain, t_kicked);
-        gather(s, passes_.update_stress, strain, dt);                // F_p, sigma_p from the remapped velocity
-        gather(s, passes_.move, nodes, dt);                          // last, so that every phi above is at x_n
+        gather(s, passes_.update_stress, strain, dt);                           // F_p, sigma_p from the remapped velocity
+        gather(s, passes_.move, nodes, dt);                                     // last, so that every phi above is at x_n
         break;
     }
     s.t += dt;
@@ -168,6 +168,27 @@ Sweep<D> Explicit<D>::sweep(State<D>& s, Lanes* nodes, double dt) const
 }
 
 template <int D>
+void Explicit<D>::clear_nodes(State<D>& s, Lanes* nodes) const
+{
+    Stopwatch watch(times_, StageTimes::nodes);
+    clear(nodes, s.tiles);
+}
+
+template <int D>
+void Explicit<D>::velocities(State<D>& s, Lanes* nodes) const
+{
+    Stopwatch watch(times_, StageTimes::nodes);
+    ordo::velocities(nodes, s.tiles);
+}
+
+template <int D>
+void Explicit<D>::advance(State<D>& s, Lanes* nodes, double dt) const
+{
+    Stopwatch watch(times_, StageTimes::nodes);
+    ordo::advance(nodes, s.tiles, model_.gravity, dt);
+}
+
+template <int D>
 void Explicit<D>::scatter(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const
 {
     Stopwatch watch(times_, StageTimes::scatter);
@@ -196,6 +217,7 @@ void Explicit<D>::gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* no
 template <int D>
 void Explicit<D>::constrain(State<D>& s, Lanes* nodes, double t) const
 {
+    Stopwatch watch(times_, StageTimes::nodes);
     s.constraints.apply(nodes, t);
     s.halo.copy(nodes);
 }

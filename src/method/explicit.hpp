@@ -38,6 +38,9 @@ class Explicit {
   private:
     void sort_if_stale(State<D>& s) const;
     void evaluate_body_forces(State<D>& s) const;
+    void clear_nodes(State<D>& s, Lanes* nodes) const;
+    void velocities(State<D>& s, Lanes* nodes) const;
+    void advance(State<D>& s, Lanes* nodes, double dt) const;
     void scatter(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const;
     void gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt) const;
     void constrain(State<D>& s, Lanes* nodes, double t) const;

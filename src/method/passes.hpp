@@ -27,7 +27,7 @@ struct Passes {
 template <int D>
 Passes<D> choose_passes(const MethodSpec& spec, bool body_force);
 
-/// Half a cell's worth of a particle's domain may be wider than tiles allow: the farthest reach of the domain, in cells.
+/// The distance from particle i to the edge of its domain, in cells.
 template <int D>
 double reach_of(const MethodSpec& spec, const Lattice<D>& lattice, const ParticleView<D>& p, int i);
 

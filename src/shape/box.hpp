@@ -44,6 +44,7 @@ struct Box {
             const double norm = 1 / (2 * l);
             s.first += g.stride[a] * cell;
             s.count[a] = static_cast<int>(high) - cell + 2;
+            ORDO_EXPECT(cell >= 0 && cell + s.size(a) <= g.nodes[a] && s.size(a) <= s.capacity);
             for (int k = 0; k < s.size(a); ++k) {
                 s.w[a][k]  = (hat_integral(high - cell - k) - hat_integral(low - cell - k)) * norm;
                 s.dw[a][k] = (hat(high - cell - k) - hat(low - cell - k)) * norm * g.inv_h[a];

@@ -52,7 +52,9 @@ struct Parallelepiped {
             for (int a = 0; a < D; ++a) {
                 double at = y[a];
                 for (int d = 0; d < D; ++d) at += sign(c, d) * e(a, d);
-                s.first += g.stride[a] * Basis::row(at, s.w[a]);
+                const int cell = Basis::row(at, s.w[a]);
+                ORDO_EXPECT(cell >= 0 && cell + Basis::width <= g.nodes[a]);
+                s.first += g.stride[a] * cell;
             }
             f(c, s);
         }

@@ -20,7 +20,9 @@ struct Point {
         Row s;
         s.first = 0;
         for (int a = 0; a < D; ++a) {
-            s.first += g.stride[a] * Basis::row(g.cell_coordinate(a, p.x[i][a]), s.w[a], s.dw[a]);
+            const int cell = Basis::row(g.cell_coordinate(a, p.x[i][a]), s.w[a], s.dw[a]);
+            ORDO_EXPECT(cell >= 0 && cell + Basis::width <= g.nodes[a]);
+            s.first += g.stride[a] * cell;
             for (double& d : s.dw[a]) d *= g.inv_h[a];
         }
         return s;

@@ -2,6 +2,7 @@
 // A deposit is linear in (w, dw), so what a particle leaves at a node is w A + sum_d dw_d X_d with constant 8-vectors.
 #pragma once
 
+#include "base/error.hpp"
 #include "base/lanes.hpp"
 #include "base/vec.hpp"
 #include "grid/lattice.hpp"

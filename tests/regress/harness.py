@@ -10,6 +10,10 @@ import subprocess
 import tempfile
 import time
 import unittest
+import xml.etree.ElementTree
+
+import vtk
+from vtk.util.numpy_support import vtk_to_numpy
 
 ORDO = os.environ["ORDO"]
 ROOT = pathlib.Path(os.environ["ORDO_ROOT"])
@@ -77,6 +81,35 @@ def history(directory):
     with open(pathlib.Path(directory) / "history.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     return {name: [float(row[name]) for row in rows] for name in rows[0]}
+
+
+def frames(directory, kind="particles"):
+    """Times and paths of the frames that particles.pvd or grid.pvd lists."""
+    directory = pathlib.Path(directory)
+    sets = xml.etree.ElementTree.parse(directory / f"{kind}.pvd").iter("DataSet")
+    return [(float(s.get("timestep")), directory / s.get("file")) for s in sets]
+
+
+def read_vtk(path):
+    """The data set of a VTU or VTI file, as VTK's own reader sees it."""
+    reader = vtk.vtkXMLUnstructuredGridReader() if path.suffix == ".vtu" else vtk.vtkXMLImageDataReader()
+    errors = []
+    reader.AddObserver("ErrorEvent", lambda *_: errors.append(path))
+    reader.SetFileName(str(path))
+    reader.Update()
+    if errors or reader.GetErrorCode() or reader.GetOutput().GetNumberOfCells() == 0:
+        raise ValueError(f"{path} cannot be read")
+    return reader.GetOutput()
+
+
+def arrays(attributes):
+    """The arrays of a PointData, CellData or FieldData by name."""
+    return {attributes.GetArrayName(k): vtk_to_numpy(attributes.GetArray(k)) for k in range(attributes.GetNumberOfArrays())}
+
+
+def particle_data(data):
+    """The fields of a particle frame: on cells where particles have domains, else on vertices."""
+    return arrays(data.GetCellData() if data.GetCellData().GetNumberOfArrays() else data.GetPointData())
 
 
 def contents(directory):

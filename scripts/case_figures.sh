@@ -1,0 +1,27 @@
+#!/bin/sh
+# Runs the cases with their own settings and draws cases/NAME/figure.png; needs the release build, matplotlib and vtk.
+# Usage: scripts/case_figures.sh [NAME...]
+set -eu
+cd "$(dirname "$0")/.."
+python=${PYTHON:-/usr/bin/python3}
+
+draw() {  # NAME, then options of `ordo_figures.py snapshots`
+    name=$1
+    shift
+    out=build/cases/$name
+    build/release/ordo run "cases/$name/case.toml" --output "$out" --quiet
+    "$python" python/ordo_figures.py snapshots "$out" -o "cases/$name/figure.png" "$@"
+}
+
+[ $# -gt 0 ] || set -- two-disks wall-rebound two-balls ball-on-wall cantilever vibrating-bar
+for case in "$@"; do
+    case $case in
+    two-disks) draw "$case" --times 1.0,2.0,3.0 --field velocity --curve energies ;;
+    wall-rebound) draw "$case" --times 1.0,3.0,5.0 --field velocity --curve energies --walls 0.05,0.75 ;;
+    two-balls) draw "$case" --times 1.0,2.0,3.0 --field velocity --view=-45,10 --curve energies ;;
+    ball-on-wall) draw "$case" --times 0.0,0.75,1.2 --field von_mises --view=-70,15 --curve energies ;;
+    cantilever) draw "$case" --times 0.0,0.2,0.45 --field von_mises --curve probe_tip.csv:displacement_y ;;
+    vibrating-bar) draw "$case" --times 0.002,0.004,0.011,0.013 --field displacement --curve energies ;;
+    *) echo "case_figures.sh: no figure is set up for $case" >&2; exit 2 ;;
+    esac
+done

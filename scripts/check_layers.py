@@ -1,0 +1,92 @@
+#!/usr/bin/python3
+"""Checks that src/ keeps its layers: base < {grid, particles, material} < shape < kernels < method < io < app.
+
+A file includes its own layer and those below it; grid, particles and material do not include each other. Below io no
+header includes fmt, CLI11, toml++ or muParser (method/*.cpp may use fmt); only base/parallel.hpp knows OpenMP; a
+header starts with a comment and has #pragma once. One line a fault on stdout, exit 1 if there is any.
+"""
+
+import re
+import sys
+from pathlib import Path
+
+BELOW = {"base": set()}
+for name in ("grid", "particles", "material"):
+    BELOW[name] = {"base"}
+BELOW["shape"] = {"base", "grid", "particles", "material"}
+BELOW["kernels"] = BELOW["shape"] | {"shape"}
+BELOW["method"] = BELOW["kernels"] | {"kernels"}
+BELOW["io"] = BELOW["method"] | {"method"}
+BELOW["verification"] = BELOW["io"] | {"io"}
+BELOW["app"] = BELOW["verification"] | {"verification"}
+
+GENERATED = {"ordo_version.hpp": {"io", "verification", "app"}}
+LIBRARIES = {"fmt": r"fmt/", "CLI11": r"CLI/", "toml++": r"toml\+\+/|toml\.hpp", "muParser": r"muParser"}
+INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
+OPENMP = re.compile(r"\bomp_\w|#\s*pragma\s+omp|<omp\.h>")
+
+
+def library_fault(layer, is_header, included):
+    """Why a file of this layer may not include this file of a library, or None."""
+    if layer in ("io", "verification", "app"):
+        return None
+    for library, pattern in LIBRARIES.items():
+        if re.match(pattern, included) and not (library == "fmt" and layer == "method" and not is_header):
+            kind = "headers" if layer == "method" else "files"
+            return f"{kind} of layer {layer} must not include {library}"
+    return None
+
+
+def include_fault(layer, path, root, quote, included):
+    """Why this include is wrong, or None."""
+    if quote == "<":
+        return library_fault(layer, path.suffix == ".hpp", included)
+    if included in GENERATED:
+        return None if layer in GENERATED[included] else f"layer {layer} must not include {included}"
+    target = included.split("/")[0]
+    if target not in BELOW:
+        return library_fault(layer, path.suffix == ".hpp", included) or f'"{included}" does not start with a layer ({", ".join(BELOW)})'
+    if target != layer and target not in BELOW[layer]:
+        return f"layer {layer} must not include {target}/..."
+    if not (root / included).exists():
+        return f'"{included}" is not in src/'
+    return None
+
+
+def faults_of(path, root):
+    """(line, what is wrong) of one file."""
+    layer = path.relative_to(root).parts[0]
+    if layer not in BELOW:
+        yield 1, f"{layer} is not a layer ({', '.join(BELOW)})"
+        return
+    lines = path.read_text(encoding="utf-8").splitlines()
+    for number, line in enumerate(lines, 1):
+        match = INCLUDE.match(line)
+        fault = include_fault(layer, path, root, match[1], match[2]) if match else None
+        if fault:
+            yield number, fault
+        if OPENMP.search(line) and path != root / "base/parallel.hpp":
+            yield number, "only base/parallel.hpp may use OpenMP"
+    if path.suffix == ".hpp":
+        if not lines or not lines[0].startswith("//"):
+            yield 1, "a header must start with a comment that says what it is"
+        if "#pragma once" not in lines:
+            yield 1, "a header must have #pragma once"
+
+
+def main():
+    root = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parent.parent / "src"
+    files = sorted(p for p in root.rglob("*") if p.suffix in (".hpp", ".cpp", ".cu"))
+    if not files:
+        print(f"{root}: no sources here", file=sys.stderr)
+        return 2
+    faults = [(p, line, what) for p in files for line, what in faults_of(p, root)]
+    for path, line, what in faults:
+        print(f"{root.name}/{path.relative_to(root)}:{line}: {what}")
+    if not faults:
+        print(f"{len(files)} files keep their layers")
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,22 @@
+#!/usr/bin/env bash
+# Sets up a fresh Debian/Ubuntu machine, builds and runs every test that fits CI. The last lines are ctest's.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+source scripts/packages.sh
+
+command -v apt-get >/dev/null && install_packages "${ordo_build_packages[@]}" "${ordo_test_packages[@]}"
+
+step() { printf '\n== %s\n' "$*"; }
+
+step static checks
+python3 scripts/check_layers.py
+git ls-files 'src/*.[ch]pp' 'tests/*.[ch]pp' 'bench/*.[ch]pp' | xargs clang-format --dry-run --Werror
+git ls-files | grep -Ev '\.(png|csv)$|^LICENSE$' | xargs codespell --ignore-words-list=ordo,nd,ue,te
+
+for preset in minimal asan-ubsan release dev; do
+  step "$preset"
+  cmake --preset "$preset" >/dev/null
+  cmake --build --preset "$preset"
+  [ "$preset" = dev ] && scripts/check_headers.sh build/dev
+  ctest --preset "$preset" --progress
+done

@@ -1,0 +1,15 @@
+# Installs ordo into a folder of the build, then configures, builds and runs a project that knows only that folder.
+function(run)
+  execute_process(COMMAND ${ARGV} RESULT_VARIABLE code)
+  if(NOT code EQUAL 0)
+    message(FATAL_ERROR "failed: ${ARGV}")
+  endif()
+endfunction()
+set(place ${BUILD}/package-test)
+file(REMOVE_RECURSE ${place})
+run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${place}/prefix)
+run(${CMAKE_COMMAND} -S ${SOURCE} -B ${place}/build -G ${GENERATOR} -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER=${COMPILER}
+    -DCMAKE_PREFIX_PATH=${place}/prefix)
+run(${CMAKE_COMMAND} --build ${place}/build)
+run(${place}/build/falling_block)
+run(${place}/prefix/bin/ordo --version)

@@ -1,0 +1,137 @@
+"""The commands beside a plain run: help, check, list, bench, overrides, and the way a run fails.
+"""
+
+import json
+import tomllib
+
+from harness import CASE, PRESETS, ROOT, InTemporaryDirectory, edit, frames, history, ordo, particle_data, read_vtk, arrays
+
+SHAPES = ("ball", "box", "ring", "cylinder", "particles")
+MATERIALS = ("neo-hookean", "st-venant-kirchhoff", "jaumann-elastic", "linear-rate-1d")
+BENCH_KEYS = {"method", "dim", "particles", "steps", "threads", "particle_steps_per_second", "ns_per_particle", "bytes_per_particle", "build"}
+
+# --set argument, path to the value in the resolved case, the value
+OVERRIDES = [
+    ("grid.spacing=0.125", ("grid", "spacing"), [0.125, 0.125]),
+    ("grid.size=[1, 2]", ("grid", "size"), [1.0, 2.0]),
+    ("method.preset=mpm", ("method", "preset"), "mpm"),
+    ('method.preset="ugimp"', ("method", "preset"), "ugimp"),
+    ("title=a disk, at rest", ("title",), "a disk, at rest"),
+    ("title=sigma = 3 # of it", ("title",), "sigma = 3 # of it"),
+    ("body.0.velocity=[0,0]", ("body", 0, "velocity"), [0.0, 0.0]),
+    ("body.0.velocity=['0.1*x', 2]", ("body", 0, "velocity"), ["0.1*x", 2.0]),
+    ("body.0.velocity.1=0.5", ("body", 0, "velocity"), [0.0, 0.5]),
+    ("body.0.particles_per_cell=9", ("body", 0, "particles_per_cell"), [3, 3]),
+    ("material.0.young=2e3", ("material", 0, "young"), 2000.0),
+    ("output.grid=true", ("output", "grid"), True),
+    ("gravity=[0, -9.81]", ("gravity",), [0.0, -9.81]),
+    ("boundary=[{face='x-min', type='fixed'}]", ("boundary", 0, "type"), "fixed"),
+]
+
+
+def without_comments(text):
+    return "\n".join(line for line in text.splitlines() if not line.startswith("#"))
+
+
+class Commands(InTemporaryDirectory):
+    def good(self, *args, cwd=None):
+        done = ordo(*args, cwd=cwd or self.dir)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def test_help(self):
+        for command in ([], ["run"], ["check"], ["list"], ["bench"]):
+            with self.subTest(command):
+                self.assertIn("--help", self.good(*command, "--help"))
+
+    def test_version(self):
+        self.assertRegex(self.good("--version"), r"^ordo \d+\.\d+\.\d+ \(\w+\)\n$")
+
+    def test_check_prints_a_valid_case(self):
+        for name, text in (("minimal", CASE), ("two disks", (ROOT / "cases/two-disks/case.toml").read_text())):
+            with self.subTest(name):
+                first = self.good("check", self.write("case.toml", text))
+                again = self.good("check", self.write("case.toml", first))
+                self.assertEqual(without_comments(again), without_comments(first))
+
+    def test_check_writes_nothing(self):
+        self.good("check", self.write("case.toml", CASE))
+        self.assertEqual([p.name for p in self.dir.iterdir()], ["case.toml"])
+
+    def test_overrides(self):
+        self.write("case.toml", edit(CASE, "velocity = [0, 0]\n"))
+        for text, path, wanted in OVERRIDES:
+            with self.subTest(text):
+                value = tomllib.loads(self.good("check", "case.toml", "--set", text))
+                for key in path:
+                    value = value[key]
+                self.assertEqual(value, wanted)
+
+    def test_the_last_override_wins(self):
+        resolved = self.good("check", self.write("case.toml", CASE), "--set", "time.end=1", "--set", "time.end=2")
+        self.assertEqual(tomllib.loads(resolved)["time"]["end"], 2.0)
+
+    def test_lists(self):
+        everything = self.good("list")
+        for page, names in (("methods", PRESETS), ("shapes", SHAPES), ("materials", MATERIALS)):
+            text = self.good("list", page)
+            self.assertIn(text, everything)
+            for name in names:
+                with self.subTest(name):
+                    self.assertRegex(text, rf"(?m)^  {name} ")
+        self.assertIn("two-disks", self.good("list", "cases", cwd=ROOT))
+
+    def test_the_reference_page_names_every_key(self):
+        page = self.good("list", "input")
+        resolved = tomllib.loads(self.good("check", self.write("case.toml", CASE)))
+        for table in resolved.values():
+            for key in (table[0] if isinstance(table, list) and isinstance(table[0], dict) else table if isinstance(table, dict) else ()):
+                with self.subTest(key):
+                    self.assertIn(f"| `{key}` |", page)
+
+    def test_bench(self):
+        options = ["--dim", "2", "--method", "cpdi1", "--particles", "2000", "--steps", "2", "--threads", "1"]
+        printed = json.loads(self.good("bench", *options, "--json", "-"))
+        self.good("bench", *options, "--json", "speed.json")
+        for result in (printed, json.loads((self.dir / "speed.json").read_text())):
+            self.assertLessEqual(BENCH_KEYS, set(result))
+            self.assertEqual((result["method"], result["dim"], result["steps"], result["threads"]), ("cpdi1", 2, 2, 1))
+            self.assertAlmostEqual(result["particles"], 2000, delta=500)
+            self.assertGreater(result["particle_steps_per_second"], 0)
+
+    def test_quiet_says_nothing(self):
+        done = ordo("run", self.write("case.toml", CASE), "--quiet", "--output", "out", cwd=self.dir)
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+
+    def test_default_directory(self):
+        (self.dir / "falling").mkdir()
+        for name, directory in (("falling/case.toml", "results/falling"), ("drop.toml", "results/drop")):
+            with self.subTest(name):
+                self.run_good(self.write(name, CASE))
+                self.assertTrue((self.dir / directory / "particles.pvd").exists())
+
+    def test_no_interval_of_the_history_loses_the_end(self):
+        self.run_good(self.write("case.toml", CASE), "--output", "out", "--set", "output.history_interval=7")
+        self.assertEqual(history(self.dir / "out")["time"][-1], 0.01)
+
+
+class FailedRun(InTemporaryDirectory):
+    """A ball thrown out of the grid."""
+
+    def setUp(self):
+        super().setUp()
+        self.write("case.toml", edit(CASE, "velocity = [50, 0]\n"))
+        self.done = ordo("run", "case.toml", "--output", "out", "--set", "time.end=1", "--set", "output.interval=0.004", cwd=self.dir)
+
+    def test_message(self):
+        self.assertEqual(self.done.returncode, 1)
+        self.assertRegex(self.done.stderr, r"(?m)^ordo: the run failed: step \d+, t = [\d.e-]+ s: particle \d+ .*left the grid; .*boundary")
+
+    def test_last_frame(self):
+        time, path = frames(self.dir / "out")[-1]
+        data = read_vtk(path)
+        self.assertEqual(time, history(self.dir / "out")["time"][-1])
+        self.assertEqual(arrays(data.GetFieldData())["TimeValue"], [time])
+        moved = particle_data(data)["displacement"][:, 0]
+        self.assertAlmostEqual(moved.min(), 50 * time, delta=1e-9, msg="the frame is not that of its time")
+        self.assertEqual(list(self.dir.glob("out/*.part")), [])

@@ -1,0 +1,171 @@
+"""What a run writes: VTK's readers open every frame, and its sums agree with history.csv.
+
+Bodies deform by an initial velocity that varies in space, so that no energy or stress is trivial.
+"""
+
+import itertools
+
+import numpy
+import vtk
+
+from harness import CASE, PRESETS, TWO_DISKS, InTemporaryDirectory, arrays, contents, edit, frames, history, ordo, particle_data, read_vtk
+
+HISTORY = "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy"
+FIELDS = ["displacement", "velocity", "stress", "deformation_gradient", "density", "mass", "volume", "pressure", "von_mises", "energy_density"]
+VERTEX, DOMAINS = 1, {1: 3, 2: 9, 3: 12}  # VTK's line, quad, hexahedron
+
+DEFORMING = edit(CASE, ("end = 0.01", "end = 0.2"), ("dt = 0.001", "dt = 0.01"), ("spacing = 0.25", "spacing = 0.125"), "velocity = '0.5*cos(4*x)'\n")
+STRETCHED_DISK = ["time.end=0.2", "body.0.velocity=['0.5*x', '-0.3*x*y']"]
+
+# Everything that the resolved case must carry to the next run.
+RICH = edit(
+    CASE,
+    ("[grid]", "gravity = [0.0, -0.5]\n[grid]"),
+    ("dt = 0.001", "cfl = 0.3"),
+    ("end = 0.01", "end = 0.3"),
+    """
+[[body]]
+name = "points \\"at\\" the right"
+material = "rubber"
+shape = "particles"
+file = "data/points.csv"
+velocity = ["-0.1", "0.1*sin(pi*Y)"]
+body_force = ["0.01*t", 0]
+
+[[boundary]]
+face = "y-min"
+type = "velocity"
+value = ["free", "0.01*sin(t)"]
+
+[[boundary]]
+face = ["x-min", "x-max"]
+type = "symmetry"
+
+[output]
+grid = true
+interval = 0.1
+history_interval = 2
+
+[[probe]]
+name = "tip"
+particle = [0.9, 0.5]
+
+[[probe]]
+name = "middle"
+point = 0.5
+""",
+)
+
+
+def sizes(data):
+    """Length, area or volume of every cell by VTK."""
+    measure = vtk.vtkCellSizeFilter()
+    measure.SetInputData(data)
+    measure.Update()
+    measured = arrays(measure.GetOutput().GetCellData())
+    return measured["Length"] + measured["Area"] + measured["Volume"]
+
+
+class Output(InTemporaryDirectory):
+    def assert_close(self, got, wanted, scale=None, tolerance=1e-12):
+        scale = numpy.abs(wanted) if scale is None else scale
+        self.assertLessEqual(numpy.max(numpy.abs(got - wanted) - tolerance * scale), 0.0)
+
+    def for_each_run(self):
+        """Runs every case with every preset: name, dimension, preset, directory."""
+        self.write("case.toml", DEFORMING)
+        cases = [(f"{dim}D", dim, "case.toml", [f"grid.dim={dim}"]) for dim in (1, 2, 3)] + [("two disks", 2, TWO_DISKS, STRETCHED_DISK)]
+        for (name, dim, file, overrides), preset in itertools.product(cases, PRESETS):
+            directory = self.dir / f"{name} {preset}"
+            settings = [*overrides, f"method.preset={preset}", "output.grid=true", "output.interval=0.05", f"output.fields={FIELDS}"]
+            self.run_good(file, *(word for s in settings for word in ("--set", s)), "--output", directory)
+            yield name, dim, preset, directory
+
+    def test_frames_and_history(self):
+        for name, dim, preset, directory in self.for_each_run():
+            with self.subTest(name, preset=preset):
+                self.assertEqual((directory / "history.csv").read_text().split("\n")[0], HISTORY)
+                self.assertEqual([p.name for p in directory.iterdir() if p.suffix == ".part"], [])
+                times = [time for time, _ in frames(directory)]
+                self.assert_close(numpy.array(times), numpy.array([0, 0.05, 0.1, 0.15, 0.2]))
+                first = particle_data(read_vtk(frames(directory)[0][1]))
+                for time, path in frames(directory):
+                    data = read_vtk(path)
+                    self.check_cells(data, dim, preset)
+                    self.check_fields(particle_data(data), first)
+                    self.check_sums(particle_data(data), history(directory), time)
+                    if time == 0 and preset != "mpm" or preset == "cpdi1":
+                        self.assert_close(sizes(data), particle_data(data)["volume"], tolerance=1e-12 if time == 0 else 1e-10)
+                    self.assertEqual(arrays(data.GetFieldData())["TimeValue"], [time])
+                for time, path in frames(directory, "grid"):
+                    self.check_grid(read_vtk(path), dim, history(directory), time)
+                self.assertEqual([time for time, _ in frames(directory, "grid")], times[1:])
+
+    def check_cells(self, data, dim, preset):
+        fields = particle_data(data)
+        self.assertEqual(set(arrays(data.GetCellData())) & set(arrays(data.GetPointData())), set())
+        self.assertTrue({"id", "body", "material", *FIELDS} <= set(fields))
+        numpy.testing.assert_array_equal(fields["id"], numpy.arange(data.GetNumberOfCells()))
+        wanted = VERTEX if preset == "mpm" else DOMAINS[dim]
+        self.assertEqual({data.GetCellType(k) for k in range(data.GetNumberOfCells())}, {wanted})
+
+    def check_fields(self, now, first):
+        F, stress = now["deformation_gradient"].reshape(-1, 3, 3), now["stress"].reshape(-1, 3, 3)
+        pressure = -numpy.trace(stress, axis1=1, axis2=2) / 3
+        deviator = stress + pressure[:, None, None] * numpy.eye(3)
+        size = numpy.abs(stress).max()
+        self.assert_close(now["density"] * now["volume"], now["mass"])
+        self.assert_close(numpy.linalg.det(F) * first["volume"], now["volume"])
+        self.assert_close(now["pressure"], pressure, scale=size)
+        self.assert_close(now["von_mises"], numpy.sqrt(1.5 * (deviator**2).sum(axis=(1, 2))), scale=size)
+        if "position" in now:
+            self.assert_close(now["displacement"], now["position"] - first["position"], scale=1.0)
+
+    def check_sums(self, fields, rows, time):
+        row = rows["time"].index(time)
+        m, v = fields["mass"], fields["velocity"]
+        sums = {"mass": m, "kinetic_energy": 0.5 * m * (v**2).sum(axis=1), "strain_energy": fields["energy_density"] * fields["volume"]}
+        sums.update({f"momentum_{axis}": m * v[:, a] for a, axis in enumerate("xyz")})
+        for column, terms in sums.items():
+            self.assert_close(terms.sum(), rows[column][row], scale=numpy.abs(terms).sum())
+        self.assert_close(rows["total_energy"][row], rows["kinetic_energy"][row] + rows["strain_energy"][row])
+
+    def check_grid(self, data, dim, rows, time):
+        nodes, row = arrays(data.GetPointData()), rows["time"].index(time)
+        self.assertEqual([n > 1 for n in data.GetDimensions()], [a < dim for a in range(3)])
+        self.assertEqual(data.GetBounds(), tuple(x for a in range(3) for x in (0.0, 1.0 if a < dim else 0.0)))
+        self.assert_close(nodes["mass"].sum(), rows["mass"][row])
+        for a, axis in enumerate("xyz"):
+            terms = nodes["mass"] * nodes["velocity"][:, a]
+            self.assert_close(terms.sum(), rows[f"momentum_{axis}"][row], scale=numpy.abs(terms).sum())
+
+    def write_rich_case(self):
+        (self.dir / "data").mkdir()
+        self.write("data/points.csv", "# two squares\nx, y, volume\n0.90, 0.5, 0.01\n0.95, 0.7, 0.01\n")
+        return self.write("case.toml", RICH)
+
+    def test_the_resolved_case_gives_the_same_files(self):
+        self.run_good(self.write_rich_case(), "--output", "first", "--set", "method.preset=cpgimp", "--set", "material.0.density=900")
+        elsewhere = self.dir / "elsewhere"
+        elsewhere.mkdir()
+        done = ordo("run", self.dir / "first" / "case.toml", "--output", "second", cwd=elsewhere)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(contents(elsewhere / "second"), contents(self.dir / "first"))
+        self.assertEqual({p.name for p in self.dir.glob("first/*.csv")}, {"history.csv", "probe_tip.csv", "probe_middle.csv"})
+
+    def test_a_shorter_run_leaves_nothing_of_a_longer_one(self):
+        case = self.write_rich_case()
+        self.run_good(case, "--output", "both")
+        self.run_good(case, "--output", "both", "--set", "time.end=0.15")
+        self.run_good(case, "--output", "short", "--set", "time.end=0.15")
+        self.assertEqual(contents(self.dir / "both"), contents(self.dir / "short"))
+
+    def test_output_beside_the_case_leaves_the_case_alone(self):
+        (self.dir / "mine").mkdir()
+        case = self.write("mine/case.toml", CASE + "# my notes\n")
+        mine = {case: case.read_text(), self.write("mine/probe_of_last_year.csv", "0\n"): "0\n"}
+        ordo("run", case, "--output", self.dir / "mine", cwd=self.dir)
+        for path, text in mine.items():
+            with self.subTest(path.name):
+                self.assertTrue(path.exists(), "removed")
+                self.assertEqual(path.read_text(), text)

@@ -1,0 +1,74 @@
+"""A run that is stopped or killed leaves only whole files behind.
+
+The case could go on for ever: a disk that breathes about the middle of the grid.
+"""
+
+import random
+import signal
+import time
+
+from harness import CASE, InTemporaryDirectory, contents, edit, frames, history, ordo, read_vtk, start
+
+ENDLESS = edit(CASE, ("end = 0.01", "end = 1e6"), "velocity = '0.05*(x - 0.5)'\n[method]\npic_fraction = 0.01\n[output]\ngrid = true\n")
+KILLS = 10
+
+
+class Signals(InTemporaryDirectory):
+    def start_run(self, interval):
+        self.write("case.toml", ENDLESS)
+        process = start("run", "case.toml", "--threads", 1, "--output", "out", "--set", f"output.interval={interval}", cwd=self.dir)
+        self.addCleanup(lambda: process.poll() is None and process.kill())
+        return process
+
+    def wait_for(self, name):
+        limit = time.monotonic() + 20
+        while not (self.dir / "out" / name).exists():
+            self.assertLess(time.monotonic(), limit, f"{name} was never written")
+            time.sleep(0.01)
+
+    def assert_frames_whole(self):
+        """Every frame that a PVD lists opens; history.csv ends with a whole line."""
+        for kind in ("particles", "grid"):
+            if (self.dir / "out" / f"{kind}.pvd").exists():
+                for _, path in frames(self.dir / "out", kind):
+                    read_vtk(path)
+        rows = self.dir / "out" / "history.csv"
+        if rows.exists():
+            lines = rows.read_text().split("\n")
+            self.assertEqual(lines[-1], "")
+            self.assertEqual({line.count(",") for line in lines[:-1]}, {8})
+
+    def test_stop(self):
+        for name, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+            with self.subTest(name):
+                process = self.start_run(interval=1.0)
+                self.wait_for("particles_000002.vtu")
+                process.send_signal(name)
+                _, err = process.communicate(timeout=20)
+                self.assertEqual(process.returncode, code, err)
+                self.assertIn(f"signal {int(name)}", err)
+                self.assert_frames_whole()
+                self.assertEqual(frames(self.dir / "out")[-1][0], history(self.dir / "out")["time"][-1])
+                self.assertEqual(list(self.dir.glob("out/*.part")), [])
+
+    def test_kill(self):
+        moments = random.Random(1)
+        for k in range(KILLS):
+            with self.subTest(kill=k):
+                process = self.start_run(interval=0.002)
+                self.wait_for("history.csv")
+                time.sleep(moments.uniform(0.0, 0.3))
+                process.kill()
+                process.communicate(timeout=20)
+                self.assert_frames_whole()
+
+    def test_a_run_over_the_remains_of_a_killed_one(self):
+        process = self.start_run(interval=0.002)
+        self.wait_for("particles_000020.vtu")
+        process.kill()
+        process.communicate(timeout=20)
+        (self.dir / "out" / "particles_000099.vtu.part").write_text("half a fr")
+        for directory in ("out", "fresh"):
+            done = ordo("run", "case.toml", "--set", "time.end=0.01", "--output", directory, cwd=self.dir)
+            self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(contents(self.dir / "out"), contents(self.dir / "fresh"))

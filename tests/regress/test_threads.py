@@ -1,0 +1,47 @@
+"""Every file is the same, byte by byte, for any number of threads.
+
+The cases are large enough for several tiles of cells and several pieces of each reduction.
+"""
+
+from harness import CASE, PRESETS, TWO_DISKS, InTemporaryDirectory, contents, edit
+
+FINE_DISKS = ["--set", "grid.spacing=0.025", "--set", "time.end=0.05", "--set", "output.interval=0.025", "--set", "output.grid=true"]
+
+FORCED_CUBE = edit(
+    CASE,
+    ("dim = 2", "dim = 3"),
+    ("spacing = 0.25", "spacing = 0.0625"),
+    ("radius = 0.25", "radius = 0.35"),
+    "velocity = '0.2*sin(5*x)'\nbody_force = ['sin(3*X + t)', 'x*y', 'exp(-z)']\n[method]\npreset = 'cpdi1'\n[output]\ngrid = true\ninterval = 0.005\n",
+)
+
+PERIODIC = edit(
+    CASE,
+    ("spacing = 0.25", "spacing = 0.03125"),
+    ('shape = "ball"\ncenter = 0.5\nradius = 0.25\n', "shape = 'box'\nlower = [0.0, 0.25]\nupper = [1.0, 0.75]\nvelocity = ['2', '0.1*sin(2*pi*x)']\n"),
+    "[[boundary]]\nface = 'x-min'\ntype = 'periodic'\n[output]\ngrid = true\n",
+)
+
+
+class Threads(InTemporaryDirectory):
+    def assert_same_for_any_threads(self, *args):
+        for threads in (1, 2, 3, 8):
+            self.run_good(*args, "--threads", threads, "--output", f"threads {threads}")
+        one = contents(self.dir / "threads 1")
+        for threads in (2, 3, 8):
+            many = contents(self.dir / f"threads {threads}")
+            self.assertEqual(many.keys(), one.keys())
+            self.assertEqual([name for name in one if many[name] != one[name]], [], f"files differ between 1 and {threads} threads")
+
+    def test_two_disks(self):
+        for preset in PRESETS:
+            with self.subTest(preset):
+                self.assert_same_for_any_threads(TWO_DISKS, *FINE_DISKS, "--set", f"method.preset={preset}")
+
+    def test_forced_ball_in_3d(self):
+        self.assert_same_for_any_threads(self.write("case.toml", FORCED_CUBE))
+
+    def test_periodic(self):
+        for preset in PRESETS:
+            with self.subTest(preset):
+                self.assert_same_for_any_threads(self.write("case.toml", PERIODIC), "--set", f"method.preset={preset}")
