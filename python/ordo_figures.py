@@ -15,6 +15,7 @@ import matplotlib
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt  # noqa: E402
+import matplotlib.ticker  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.collections import PolyCollection  # noqa: E402
 
@@ -117,14 +118,16 @@ def draw_total_energies(axes, directories, labels):
     for directory, label, colour in zip(directories, labels, [BLACK, ORANGE, BLUE, "#3c8d40", "#8a5fb5"]):
         h = read_history(directory)
         axes.plot(h["time"], h["total_energy"], color=colour, label=label)
-    finish_energy_axes(axes, h, "total energy, J")
+    finish_energy_axes(axes, h, "total energy, J", from_zero=False)
 
 
-def finish_energy_axes(axes, history, label="energy, J"):
+def finish_energy_axes(axes, history, label="energy, J", from_zero=True):
     axes.set_xlabel("time, s")
     axes.set_ylabel(label)
     axes.set_xlim(history["time"][0], history["time"][-1])
-    axes.set_ylim(0, 1.3 * axes.get_ylim()[1])  # the legend stands above the curves
+    low, high = axes.get_ylim()
+    low = 0 if from_zero else low
+    axes.set_ylim(low, high + 0.3 * (high - low))  # the legend stands above the curves
     axes.legend(loc="upper center", ncol=3, columnspacing=1.2, handlelength=1.5)
 
 
@@ -274,6 +277,8 @@ def snapshots(directory, output, times, field="velocity", view=None, dim=None, l
     if mapped:
         bar = figure.colorbar(mapped, ax=list(axes[:panels]), orientation="horizontal", shrink=0.5, aspect=35, pad=0.04)
         bar.set_label(field_label(field), labelpad=1)
+        bar.locator = matplotlib.ticker.MaxNLocator(5)
+        bar.update_ticks()
     if curve == "energies":
         draw_energies(axes[-1], directory)
     elif curve:
@@ -322,6 +327,13 @@ def main():
     c.add_argument("directory", nargs="+")
 
     o = parser.parse_args()
+    try:
+        run(o)
+    except OSError as e:
+        sys.exit(f"ordo_figures.py: {e}; give the directory of a run")
+
+
+def run(o):
     if o.command == "energies":
         energies(o.directory, o.output, o.labels.split(",") if o.labels else None)
     elif o.command == "snapshots":

@@ -150,6 +150,13 @@ int bench_machine(const BenchOptions& options)
 
 int bench(const BenchOptions& options)
 {
+    if (options.json && *options.json != "-") {
+        try {
+            io::AtomicFile probe(*options.json);  // before minutes are spent
+        } catch (const OutputError& e) {
+            throw InputError(std::string("--json ") + e.what());
+        }
+    }
     if (options.machine) return bench_machine(options);
     std::vector<std::string> names;
     for (const Preset& p : presets()) {

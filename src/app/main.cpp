@@ -2,6 +2,7 @@
 #include "app/commands.hpp"
 #include "base/error.hpp"
 #include "base/parallel.hpp"
+#include "io/schema.hpp"
 #include "ordo_version.hpp"
 
 #include <CLI/CLI.hpp>
@@ -73,6 +74,12 @@ int dispatch(int argc, char** argv)
         result = app::bench(bench_options);
     });
 
+    if (argc > 1 && argv[1][0] != '-') {  // CLI11 would only say that a command is missing
+        std::vector<std::string> commands;
+        for (const CLI::App* command : cli.get_subcommands({})) commands.push_back(command->get_name());
+        if (std::find(commands.begin(), commands.end(), argv[1]) == commands.end())
+            throw InputError(std::string(argv[1]) + ": there is no such command. " + io::suggestion(argv[1], commands) + " See ordo --help.");
+    }
     try {
         cli.parse(argc, argv);
     } catch (const CLI::Success& e) {

@@ -32,7 +32,10 @@ void catch_signals()
 io::CaseInput read(const RunOptions& options)
 {
     io::CaseInput input = io::read_case(options.file, options.overrides);
-    if (options.output) input.output.directory = *options.output;
+    if (options.output) {
+        input.output.directory       = *options.output;
+        input.output.at["directory"] = {"--output", 0, 0};
+    }
     return input;
 }
 
@@ -51,7 +54,7 @@ template <int D>
 int run_case(const io::CaseInput& input, bool quiet)
 {
     io::Built<D> built = io::build<D>(input);
-    io::require_writable(input.output.directory);
+    io::require_writable(input.output);
     const Explicit<D> method(std::move(built.model));
     io::Writer<D> writer(input, method.model(), built.particles);
     State<D> s = method.start(std::move(built.particles));
@@ -63,38 +66,42 @@ int run_case(const io::CaseInput& input, bool quiet)
     io::Progress progress(quiet, input.time.end);
     const double end      = input.time.end;
     const double interval = *input.output.interval;
-    long frames           = 1;  // frames are due at multiples of the interval
-    writer.row(s, 0.0);
-    writer.frame(s);
-    auto stop = [&](long row_step) {
-        if (s.n != row_step) writer.row(s, s.dt_prev);
-        writer.frame(s);
+    long row_step = -1, frame_step = -1;  // of the last row and the last frame
+    auto row = [&] {
+        if (row_step != s.n) writer.row(s, s.dt_prev);
+        row_step = s.n;
+    };
+    auto frame = [&] {
+        row();
+        if (frame_step != s.n) writer.frame(s);
+        frame_step = s.n;
+    };
+    auto finish = [&] {
+        frame();
         progress.done(s.n, s.t);
         if (!quiet) fmt::print(stderr, "wrote {} frames and history.csv to {}\n", writer.frame_count(), writer.directory().string());
     };
-    long row_step = 0;  // the step of the last history row
+    frame();
+    double next_frame = interval;
     while (s.t < end && !g_signal) {
-        double dt = input.time.dt ? *input.time.dt : *input.time.cfl * courant_time_step(method.model(), s.particles);
-        if (end - s.t < dt * (1 + 1e-9)) dt = end - s.t;
-        const bool last = s.t + dt >= end;
+        double dt       = input.time.dt ? *input.time.dt : *input.time.cfl * courant_time_step(method.model(), s.particles);
+        const bool last = end - s.t < dt * (1 + 1e-9);
+        if (last) dt = end - s.t;
         try {
             method.step(s, dt);
         } catch (const NumericalError&) {
-            stop(row_step);
+            finish();
             throw;
         }
         if (last) s.t = end;
-        if (s.n % input.output.history_interval == 0) {
-            writer.row(s, dt);
-            row_step = s.n;
-        }
-        if (s.t >= static_cast<double>(frames) * interval - 1e-9 * dt && !last) {
-            writer.frame(s);
-            frames = static_cast<long>(std::floor(s.t / interval + 1e-9)) + 1;
+        if (s.n % input.output.history_interval == 0) row();
+        if (s.t >= next_frame - 1e-9 * dt) {
+            frame();
+            next_frame = (std::floor(s.t / interval + 1e-9) + 1) * interval;
         }
         progress.show(s.n, s.t, dt);
     }
-    stop(row_step);
+    finish();
     if (!g_signal) return 0;
     fmt::print(stderr, "ordo: stopped by signal {} at t = {:.6g} s; what was computed is written\n", static_cast<int>(g_signal), s.t);
     return 128 + static_cast<int>(g_signal);
@@ -104,7 +111,7 @@ template <int D>
 int check_case(const io::CaseInput& input)
 {
     const io::Built<D> built = io::build<D>(input);
-    io::require_writable(input.output.directory);
+    io::require_writable(input.output);
     const double limit = courant_time_step(built.model, built.particles);
     const double dt    = input.time.dt.value_or(input.time.cfl.value_or(0) * limit);
     fmt::print("{}", io::echo_case(input));

@@ -95,8 +95,16 @@ std::vector<Seed<D>> seed_body(const BodyInput& b, const Model<D>& model)
 
 /// Every particle and the corners of its domain must lie in the grid and on the inner side of every plane.
 template <int D>
-void require_inside(const BodyInput& b, const std::vector<Seed<D>>& seeds, const Model<D>& model, const CaseInput& in)
+void require_inside(const BodyInput& b, const std::vector<Seed<D>>& seeds, const Model<D>& model)
 {
+    const std::string key = b.file.empty() ? "shape" : "file";
+    for (int a = 0; a < D; ++a) {
+        if (!model.periodic[a]) continue;
+        auto [first, last]   = std::minmax_element(seeds.begin(), seeds.end(), [&](const auto& s, const auto& t) { return s.x[a] < t.x[a]; });
+        const double period  = model.cells[a] * model.h[a];
+        const double between = last->x[a] - first->x[a];
+        if (between > period * (1 - 1e-9)) b.fail(key, fmt::format("body \"{}\" overlaps itself: it is longer than the period {} of axis {}", b.name, period, "xyz"[a]));
+    }
     for (const Seed<D>& s : seeds)
         for (int a = 0; a < D; ++a) {
             if (model.periodic[a]) continue;
@@ -106,55 +114,103 @@ void require_inside(const BodyInput& b, const std::vector<Seed<D>>& seeds, const
                 for (int d = 0; d < D; ++d) reach += std::fabs(s.edges(a, d));
             const double low = model.origin[a], high = low + model.cells[a] * model.h[a];
             if (!(s.x[a] - reach >= low - tolerance && s.x[a] + reach <= high + tolerance))
-                b.fail("shape", fmt::format("body \"{}\" lies outside the grid: its particle at {} reaches beyond {} to {} of axis {}; move the body or enlarge [grid] size", b.name, to_text(s.x), low, high, "xyz"[a]));
+                b.fail(key, fmt::format("body \"{}\" lies outside the grid: its particle at {} reaches beyond {} to {} of axis {}; move the body or enlarge [grid] size", b.name, to_text(s.x), low, high, "xyz"[a]));
             for (const Boundary<D>& plane : model.boundaries)
                 if (plane.axis == a && (plane.outer_is_above ? s.x[a] > plane.at + tolerance : s.x[a] < plane.at - tolerance))
-                    b.fail("shape", fmt::format("body \"{}\" lies beyond the boundary at {} = {}: its particle at {}; move the body or the plane", b.name, "xyz"[a], plane.at, to_text(s.x)));
+                    b.fail(key, fmt::format("body \"{}\" lies beyond the boundary at {} = {}: its particle at {}; move the body or the plane", b.name, "xyz"[a], plane.at, to_text(s.x)));
         }
-    static_cast<void>(in);
 }
 
-/// No particle centre may lie in the domain of another body's particle: the mass would be there twice.
+/// No particle centre may lie in the domain of another particle: the mass would be there twice. Particles of one built-in
+/// shape cannot; checked are those of files, and those near another body.
 template <int D>
 void require_apart(const CaseInput& in, const std::vector<Seed<D>>& seeds, const std::vector<int>& body, const Model<D>& model)
 {
-    if (in.bodies.size() < 2) return;
-    // Bins of a grid cell; a domain may reach over several.
+    auto reach_of_domain = [](const Seed<D>& s) {
+        Vec<D> r{};
+        for (int a = 0; a < D; ++a)
+            for (int d = 0; d < D; ++d) r[a] += std::fabs(s.edges(a, d));
+        return r;
+    };
+    std::vector<Bounds<D>> bounds(in.bodies.size(), {Vec<D>::filled(std::numeric_limits<double>::infinity()), Vec<D>::filled(-std::numeric_limits<double>::infinity())});
+    for (std::size_t i = 0; i < seeds.size(); ++i) {
+        const Vec<D> r = reach_of_domain(seeds[i]);
+        for (int a = 0; a < D; ++a) {
+            bounds[body[i]].lower[a] = std::min(bounds[body[i]].lower[a], seeds[i].x[a] - r[a]);
+            bounds[body[i]].upper[a] = std::max(bounds[body[i]].upper[a], seeds[i].x[a] + r[a]);
+        }
+    }
+    auto is_candidate = [&](std::size_t i) {
+        for (std::size_t k = 0; k < bounds.size(); ++k) {
+            bool inside = static_cast<int>(k) != body[i];
+            for (int a = 0; a < D; ++a) inside = inside && seeds[i].x[a] > bounds[k].lower[a] && seeds[i].x[a] < bounds[k].upper[a];
+            if (inside) return true;
+        }
+        return !in.bodies[body[i]].file.empty();
+    };
+    // Candidates in bins of a grid cell; a domain may reach over several.
     auto bin_of = [&](const Vec<D>& x) {
         std::uint64_t key = 0;
-        for (int a = D - 1; a >= 0; --a) {
-            const double c = std::clamp((x[a] - model.origin[a]) / model.h[a], 0.0, model.cells[a] - 0.5);
-            key            = key * static_cast<std::uint64_t>(model.cells[a]) + static_cast<std::uint64_t>(c);
-        }
+        for (int a = D - 1; a >= 0; --a)
+            key = key * static_cast<std::uint64_t>(model.cells[a]) + static_cast<std::uint64_t>(std::clamp((x[a] - model.origin[a]) / model.h[a], 0.0, model.cells[a] - 0.5));
         return key;
     };
     std::vector<std::pair<std::uint64_t, int>> bins;
-    for (std::size_t i = 0; i < seeds.size(); ++i) bins.emplace_back(bin_of(seeds[i].x), static_cast<int>(i));
+    for (std::size_t i = 0; i < seeds.size(); ++i)
+        if (is_candidate(i)) bins.emplace_back(bin_of(seeds[i].x), static_cast<int>(i));
     std::sort(bins.begin(), bins.end());
-    for (std::size_t i = 0; i < seeds.size(); ++i) {
+    for (const auto& [own_bin, i] : bins) {
         const Seed<D>& s       = seeds[i];
         const Mat<D> to_domain = inverse(s.edges);
-        Vec<D> reach{};
-        for (int a = 0; a < D; ++a)
-            for (int d = 0; d < D; ++d) reach[a] += std::fabs(s.edges(a, d));
+        const Vec<D> reach     = reach_of_domain(s);
         Vec<D, int> n{};
         for (int a = 0; a < D; ++a) n[a] = static_cast<int>(std::ceil(2 * reach[a] / model.h[a])) + 1;
         ordo::detail::for_each_cell<D>(n, [&](const Vec<D, int>& k) {
             Vec<D> at{};
-            for (int a = 0; a < D; ++a) {
-                at[a] = s.x[a] - reach[a] + std::min(k[a] * model.h[a], 2 * reach[a]);
-            }
+            for (int a = 0; a < D; ++a) at[a] = s.x[a] - reach[a] + std::min(k[a] * model.h[a], 2 * reach[a]);
             const std::uint64_t bin = bin_of(at);
             for (auto it = std::lower_bound(bins.begin(), bins.end(), std::pair{bin, 0}); it != bins.end() && it->first == bin; ++it) {
                 const int j = it->second;
-                if (body[j] == body[i]) continue;
+                if (j == i) continue;
                 const Vec<D> local = to_domain * (seeds[j].x - s.x);
                 bool inside        = true;
                 for (int a = 0; a < D; ++a) inside = inside && std::fabs(local[a]) < 1 - 1e-9;
-                if (inside)
-                    in.bodies[body[j]].fail("shape", fmt::format("body \"{}\" overlaps body \"{}\" near {}; move them apart", in.bodies[body[j]].name, in.bodies[body[i]].name, to_text(seeds[j].x)));
+                if (!inside) continue;
+                const BodyInput &one = in.bodies[std::max(body[i], body[j])], &other = in.bodies[std::min(body[i], body[j])];
+                one.fail(one.file.empty() ? "shape" : "file", fmt::format("body \"{}\" overlaps {} near {}; move them apart", one.name, &one == &other ? "itself" : "body \"" + other.name + "\"", to_text(seeds[j].x)));
             }
         });
+    }
+}
+
+template <int D>
+void require_finite(const Vec<D>& value, const std::vector<Expression>& from, const Vec<D>& at)
+{
+    for (int a = 0; a < D; ++a)
+        if (!std::isfinite(value[a]))
+            fail(from[a].place, from[a].key, fmt::format("is {} at {}, t = 0; the expression must give a number everywhere", std::fabs(value[a]), to_text(at)));
+}
+
+/// Prescribed velocities must be numbers on the nodes of their plane.
+template <int D>
+void require_finite_boundaries(const CaseInput& in, const Model<D>& model)
+{
+    for (const BoundaryInput& b : in.boundaries) {
+        if (b.type != "velocity") continue;
+        for (const std::string& face : b.face) {
+            const int axis = face[0] - 'x';
+            const double at = b.at_coordinate.value_or(model.origin[axis] + (face.ends_with("max") ? model.cells[axis] * model.h[axis] : 0.0));
+            Vec<D, int> n{};
+            for (int a = 0; a < D; ++a) n[a] = a == axis ? 1 : model.cells[a] + 1;
+            ordo::detail::for_each_cell<D>(n, [&](const Vec<D, int>& k) {
+                Vec<D> x{}, value{};
+                for (int a = 0; a < D; ++a) x[a] = a == axis ? at : model.origin[a] + k[a] * model.h[a];
+                for (const Boundary<D>& condition : model.boundaries)
+                    for (int a = 0; a < D; ++a)
+                        if (condition.axis == axis && condition.at == at && condition.value[a]) value[a] = (*condition.value[a])({padded(x), padded(x), 0.0});
+                require_finite(value, b.value, x);
+            });
+        }
     }
 }
 
@@ -191,7 +247,7 @@ Built<D> build(const CaseInput& in)
         const BodyInput& b = in.bodies[k];
         model.body_forces.push_back(make_vector_field<D>(b.body_force));
         const std::vector<Seed<D>> own = seed_body<D>(b, model);
-        require_inside(b, own, model, in);
+        require_inside(b, own, model);
         if (seeds.size() + own.size() > 2'000'000'000) b.fail("particles_per_cell", "makes more than 2e9 particles in all");
         seeds.insert(seeds.end(), own.begin(), own.end());
         body_of.resize(seeds.size(), static_cast<int>(k));
@@ -216,9 +272,8 @@ Built<D> build(const CaseInput& in)
         p.body[i]        = static_cast<std::int16_t>(k);
         p.material[i]    = static_cast<std::int16_t>(material[k]);
         p.v[i]           = evaluate<D>(velocity[k], {padded(s.x), padded(s.x), 0.0});
-        for (int a = 0; a < D; ++a)
-            if (!std::isfinite(p.v[i][a]))
-                in.bodies[k].fail("velocity", fmt::format("is {} at {}; the expression must give a number everywhere in the body", p.v[i][a], to_text(s.x)));
+        require_finite(p.v[i], in.bodies[k].velocity, s.x);
+        require_finite(evaluate<D>(model.body_forces[k], {padded(s.x), padded(s.x), 0.0}), in.bodies[k].body_force, s.x);
         if (!p.edges0.empty()) p.edges0[i] = s.edges;
         if (!p.half0.empty())  // the box of the same volume around a domain that is not one
             for (int a = 0; a < D; ++a) {
@@ -227,6 +282,7 @@ Built<D> build(const CaseInput& in)
                 p.half0[i][a] = std::sqrt(along);
             }
     }
+    require_finite_boundaries(in, model);
     require_stable(in, model, p);
     return {std::move(model), std::move(p)};
 }

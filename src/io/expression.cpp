@@ -21,7 +21,9 @@ class Evaluator {
         for (int k = 0; k < 7; ++k) parser_.DefineVar(names[k], &values_[k]);
         parser_.DefineConst("pi", std::numbers::pi);
         parser_.SetExpr(text);
-        parser_.Eval();  // compiles, so that errors show now
+        int values = 0;
+        parser_.Eval(values);  // compiles, so that errors show now
+        if (values != 1) throw mu::ParserError("it gives several values; only one is wanted");
     }
     Evaluator(const Evaluator&) = delete;
 
@@ -39,6 +41,18 @@ class Evaluator {
     mu::Parser parser_;
     double values_[7] = {};
 };
+
+/// muParser would take x = 1 for an assignment, which is nothing that a field may do.
+bool has_assignment(const std::string& text)
+{
+    for (std::size_t k = text.find('='); k != std::string::npos; k = text.find('=', k + 1)) {
+        if (k + 1 < text.size() && text[k + 1] == '=')
+            ++k;
+        else if (k == 0 || std::string_view("<>!").find(text[k - 1]) == std::string_view::npos)
+            return true;
+    }
+    return false;
+}
 
 /// As many evaluators as threads. Copies share nothing: std::function copies what it holds.
 class ParsedField {
@@ -64,14 +78,15 @@ Field make_field(const Expression& expression)
     if (const double* number = std::get_if<double>(&expression.value)) return *number;
     const std::string& text = std::get<std::string>(expression.value);
     try {
+        if (has_assignment(text)) throw mu::ParserError("it assigns with =");
         return Field(std::function<double(const FieldPoint&)>(ParsedField(text)));
     } catch (const mu::ParserError& e) {
         std::string message = e.GetMsg();
         if (!message.empty() && message.back() == '.') message.pop_back();
         fail(expression.place, expression.key,
-             fmt::format("the expression \"{}\" cannot be read: {}. It may use x, y, z, t, X, Y, Z, pi, + - * / ^ and "
+             fmt::format("the expression {} cannot be read: {}. It may use x, y, z, t, X, Y, Z, pi, + - * / ^ and "
                          "functions such as sin, exp, sqrt",
-                         text, message));
+                         to_toml(text), message));
     }
 }
 

@@ -462,8 +462,10 @@ void validate(CaseInput& c, const std::filesystem::path& file)
         if (p.particle.empty() == p.point.empty()) p.fail("point", "give either particle or point");
         if (p.name.empty() || p.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") != std::string::npos)
             p.fail("name", "must be made of letters, digits, - and _, for it is part of a file's name");
-        for (int a = 0; a < dim && !p.point.empty(); ++a)
-            if (!(p.point[a] >= c.grid.origin[a] && p.point[a] <= c.grid.origin[a] + c.grid.size[a])) p.fail("point", "lies outside the grid");
+        const std::string key         = p.point.empty() ? "particle" : "point";
+        const std::vector<double>& at = p.point.empty() ? p.particle : p.point;
+        for (int a = 0; a < dim; ++a)
+            if (!(at[a] >= c.grid.origin[a] && at[a] <= c.grid.origin[a] + c.grid.size[a])) p.fail(key, "lies outside the grid");
     }
     require_unique_names(c.probes, "probe");
 }

@@ -1,5 +1,6 @@
 #include "io/particle_file.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <fstream>
@@ -70,6 +71,9 @@ std::vector<Seed<D>> read_particles(const BodyInput& body)
             for (const std::string& r : required)
                 if (std::find(header.begin(), header.end(), r) == header.end())
                     fail({body.file, number, 1}, "header", fmt::format("the column \"{}\" is missing; there must be {}", r, fmt::join(required, ", ")));
+            const auto given = std::count_if(edges.begin(), edges.end(), [&](const auto& e) { return std::find(header.begin(), header.end(), e) != header.end(); });
+            if (given != 0 && given != static_cast<std::ptrdiff_t>(edges.size()))
+                fail({body.file, number, 1}, "header", fmt::format("half-edge vectors need all of {}, or none", fmt::join(edges, ", ")));
             continue;
         }
         if (cells.size() != header.size())

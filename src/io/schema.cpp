@@ -32,7 +32,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b)
 std::string describe(const toml::node& node)
 {
     std::string kind = "a date or time";
-    if (const auto s = node.value_exact<std::string>()) return "the string \"" + *s + "\"";
+    if (const auto s = node.value_exact<std::string>()) return "the string " + to_toml(*s);
     if (node.is_boolean()) kind = node.value_or(false) ? "true" : "false";
     if (node.is_integer()) kind = fmt::format("the integer {}", node.value_or(std::int64_t{0}));
     if (node.is_floating_point()) kind = fmt::format("the number {}", node.value_or(0.0));
@@ -120,7 +120,7 @@ void ValueReader::read(const toml::node& node, std::string& out) const
         std::string all;
         for (const std::string& c : info.choices) all += (all.empty() ? "" : ", ") + c;
         const std::string near = nearest(out, info.choices);
-        fail(place, path, fmt::format("must be one of {} (got \"{}\"){}", all, out, near.empty() ? "" : ". Did you mean \"" + near + "\"?"));
+        fail(place, path, fmt::format("must be one of {} (got {}){}", all, to_toml(out), near.empty() ? "" : ". Did you mean \"" + near + "\"?"));
     }
 }
 

@@ -101,6 +101,9 @@ struct Section {
     std::string header() const { return repeated ? "[[" + name + "]]" : "[" + name + "]"; }
 };
 
+/// Where a node stood; nodes that --set made have no place in a file.
+Place place_of(const toml::node& node, const std::string& path);
+
 /// Reads one value; throws InputError when the type or the range is wrong. `dim` is the number of axes.
 struct ValueReader {
     const KeyInfo& info;
@@ -125,7 +128,7 @@ struct ValueReader {
     {
         out.clear();
         if (const toml::array* list = node.as_array()) {
-            for (const toml::node& item : *list) read(item, out.emplace_back());
+            for (const toml::node& item : *list) ValueReader{info, path, place_of(item, path), dim}.read(item, out.emplace_back());
         } else if (info.per_axis) {
             T value{};
             read(node, value);
@@ -147,9 +150,6 @@ struct ValueReader {
     static bool list_length_matters(const toml::node& node) { return node.is_array(); }
     void check_range(double value) const;
 };
-
-/// Where a node stood; nodes that --set made have no place in a file.
-Place place_of(const toml::node& node, const std::string& path);
 
 template <class Owner>
 std::vector<std::string> key_names(const Section<Owner>& section)

@@ -86,7 +86,7 @@ std::string field_array(Appended& data, const std::string& name, const std::vect
                             for (int k = 0; k < 9; ++k) out[k] = m(k / 3, k % 3);
                         }), 9);
     };
-    if (name == "displacement") return vector([&](int i) { return p.x[i] - p.X[i]; });
+    if (name == "displacement") return vector([&](int i) { return displacement(model, p, i); });
     if (name == "position") return vector([&](int i) { return p.x[i]; });
     if (name == "velocity") return vector([&](int i) { return p.v[i]; });
     if (name == "stress") return tensor([&](int i) { return full_stress(model, p, i); });

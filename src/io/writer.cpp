@@ -9,14 +9,19 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <fstream>
+
 
 namespace ordo::io {
 
 namespace {
 
+constexpr std::string_view kResolvedHeader = "# The resolved case";
+
 void remove_earlier_run(const std::filesystem::path& directory)
 {
-    if (!std::filesystem::exists(directory / "case.toml")) return;
+    if (!std::filesystem::exists(directory / "case.toml")) return;  // require_writable has seen that it is ours
     auto is_ours = [](const std::string& name) {
         for (const auto& [start, end] : {std::pair{"particles_", ".vtu"}, {"grid_", ".vti"}, {"probe_", ".csv"}, {"particles.pvd", ""}, {"grid.pvd", ""}, {"history.csv", ""}, {"", ".part"}})
             if (name.starts_with(start) && name.ends_with(end)) return true;
@@ -25,6 +30,8 @@ void remove_earlier_run(const std::filesystem::path& directory)
     std::vector<std::filesystem::path> old;
     for (const auto& entry : std::filesystem::directory_iterator(directory))
         if (is_ours(entry.path().filename().string())) old.push_back(entry.path());
+    // The lists of frames first: a run killed here must not leave a list of files that are gone.
+    std::stable_partition(old.begin(), old.end(), [](const auto& path) { return path.extension() == ".pvd"; });
     for (const auto& path : old) std::filesystem::remove(path);
 }
 
@@ -46,15 +53,19 @@ std::string values(const Vec<D>& v)
 
 }  // namespace
 
-void require_writable(const std::filesystem::path& directory)
+void require_writable(const OutputInput& output)
 {
+    const std::filesystem::path directory(output.directory);
     std::filesystem::path existing = std::filesystem::absolute(directory).lexically_normal();
     std::error_code none;
     while (!std::filesystem::exists(existing, none) && existing.has_relative_path()) existing = existing.parent_path();
     if (!std::filesystem::is_directory(existing, none))
-        throw InputError(fmt::format("output.directory: {} cannot be made, for {} is not a directory; choose another with --output", directory.string(), existing.string()));
+        output.fail("directory", fmt::format("{} cannot be made, for {} is not a directory; choose another with --output", directory.string(), existing.string()));
     if (::access(existing.c_str(), W_OK | X_OK) != 0)
-        throw InputError(fmt::format("output.directory: {} cannot be written, for {} is not writable; choose another with --output", directory.string(), existing.string()));
+        output.fail("directory", fmt::format("{} cannot be written, for {} is not writable; choose another with --output", directory.string(), existing.string()));
+    std::ifstream there(directory / "case.toml");
+    if (std::string line; std::getline(there, line) && !line.starts_with(kResolvedHeader))
+        output.fail("directory", fmt::format("{} holds a case.toml that no run has written, and would lose it; choose another with --output", directory.string()));
 }
 
 template <int D>
@@ -70,7 +81,7 @@ Writer<D>::Writer(const CaseInput& input, const Model<D>& model, const Particles
     CaseInput portable        = input;
     portable.output.directory = "";
     AtomicFile resolved(directory_ / "case.toml");
-    resolved.write(fmt::format("# The resolved case, with every default; `ordo run` takes it. Written by ordo {} ({}).\n{}", ORDO_VERSION, ORDO_COMMIT, echo_case(portable)));
+    resolved.write(fmt::format("{}, with every default; `ordo run` takes it. Written by ordo {} ({}).\n{}", kResolvedHeader, ORDO_VERSION, ORDO_COMMIT, echo_case(portable)));
     resolved.commit();
 
     history_ = LineFile(directory_ / "history.csv", "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy");
@@ -109,7 +120,7 @@ void Writer<D>::probe_row(Probe& probe, State<D>& s)
     if (probe.particle >= 0) {
         int i = 0;
         while (p.id[i] != probe.particle) ++i;
-        line += values(p.x[i]) + values(p.x[i] - p.X[i]) + values(p.v[i]);
+        line += values(p.x[i]) + values(displacement(model_, p, i)) + values(p.v[i]);
         for (int a = 0; a < D; ++a)
             for (int b = a; b < D; ++b) line += fmt::format(",{}", p.sigma[i](a, b));
         line += fmt::format(",{}", p.m[i] / p.V[i]);

@@ -11,8 +11,8 @@
 
 namespace ordo::io {
 
-/// Throws InputError when the directory cannot be used; writes nothing.
-void require_writable(const std::filesystem::path& directory);
+/// Throws InputError when the output directory cannot be used; writes nothing.
+void require_writable(const OutputInput& output);
 
 template <int D>
 class Writer {

@@ -53,16 +53,15 @@ std::string describe(Fault fault)
 }
 
 template <int D>
-void require_sound(const State<D>& s, const std::vector<TileReport>& reports)
+void require_sound(const State<D>& s)
 {
-    for (const TileReport& r : reports) {
-        if (r.fault == Fault::none) continue;
-        const Particles<D>& p = s.particles;
-        std::string at;
-        for (int a = 0; a < D; ++a) at += fmt::format("{}{:.6g}", a ? ", " : "", p.x[r.particle][a]);
-        throw NumericalError(fmt::format("step {}, t = {:.6g} s: particle {} of body {} at ({}), J = {:.4g}: {}", s.n + 1, s.t,
-                                         p.id[r.particle], p.body[r.particle], at, det(p.F[r.particle]), describe(r.fault)));
-    }
+    if (s.fault.fault == Fault::none) return;
+    const Particles<D>& p = s.particles;
+    const int i           = s.fault.particle;
+    std::string at;
+    for (int a = 0; a < D; ++a) at += fmt::format("{}{:.6g}", a ? ", " : "", p.x[i][a]);
+    throw NumericalError(fmt::format("step {}, t = {:.6g} s: particle {} of body {} at ({}), J = {:.4g}: {}", s.n, s.t, p.id[i],
+                                     p.body[i], at, det(p.F[i]), describe(s.fault.fault)));
 }
 
 }  // namespace
@@ -141,6 +140,7 @@ void Explicit<D>::step(State<D>& s, double dt) const
     s.t_v     = t_kicked;
     s.dt_prev = dt;
     ++s.n;
+    require_sound(s);  // now, so that time and particles belong together in the last output
 }
 
 template <int D>
@@ -208,10 +208,10 @@ void Explicit<D>::gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* no
     for (const TileReport& r : reports) {
         move  = std::max(move, r.move);
         reach = std::max(reach, r.reach);
+        if (r.fault != Fault::none) s.fault.flag(r.fault, r.particle);
     }
     if (move > 0) s.reach = reach;
     s.drift += move;
-    require_sound(s, reports);
 }
 
 template <int D>

@@ -10,7 +10,11 @@ void wrap_periodic(const Model<D>& model, Particles<D>& particles)
     for (int a = 0; a < D; ++a) {
         if (!model.periodic[a]) continue;
         const double length = model.cells[a] * model.h[a];
-        for (Vec<D>& x : particles.x) x[a] -= length * std::floor((x[a] - model.origin[a]) / length);
+        for (int i = 0; i < particles.count; ++i) {
+            const double turns = std::floor((particles.x[i][a] - model.origin[a]) / length);
+            particles.x[i][a] -= length * turns;
+            particles.turns[i][a] += static_cast<int>(turns);
+        }
     }
 }
 

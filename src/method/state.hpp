@@ -4,6 +4,7 @@
 #include "grid/boundary.hpp"
 #include "grid/halo.hpp"
 #include "grid/tiles.hpp"
+#include "kernels/sweep.hpp"
 #include "material/material.hpp"
 #include "method/axes.hpp"
 #include "particles/particles.hpp"
@@ -40,6 +41,8 @@ struct State {
     double drift = 0.0;         ///< bound on any particle's displacement since the sort, cells
     double reach = 0.0;         ///< largest distance from a particle to the edge of its domain, cells
 
+    TileReport fault;           ///< the first fault of the step, if any
+
     double t       = 0.0;  ///< time of positions and stresses, s
     double t_v     = 0.0;  ///< time of velocities, s
     double dt_prev = 0.0;  ///< 0 before the first step
@@ -53,8 +56,19 @@ FieldGroups field_groups(const Model<D>& model)
     FieldGroups g{};
     g.box     = model.method.domain == Domain::box || model.method.domain == Domain::stretched_box;
     g.corners = model.method.domain == Domain::parallelepiped;
+    for (int a = 0; a < D; ++a) g.periodic = g.periodic || model.periodic[a];
     for (const auto& b : model.body_forces) g.body_force = g.body_force || !is_zero<D>(b);
     return g;
+}
+
+/// x - X of particle i, m; on a periodic axis the way it went, not the place where it is drawn.
+template <int D>
+Vec<D> displacement(const Model<D>& model, const Particles<D>& p, int i)
+{
+    Vec<D> u = p.x[i] - p.X[i];
+    for (int a = 0; a < D; ++a)
+        if (model.periodic[a]) u[a] += p.turns[i][a] * (model.cells[a] * model.h[a]);
+    return u;
 }
 
 }  // namespace ordo

@@ -10,6 +10,10 @@
 
 namespace ordo {
 
+/// Whole periods that a particle has travelled along each axis.
+template <int D>
+using Turns = Vec<D, int>;
+
 // FIELD(type, name, group): `group` says which methods need it, see FieldGroups.
 #define ORDO_PARTICLE_FIELDS(FIELD)                                              \
     FIELD(Vec<D>, x, always)                /* position at t_n, m */             \
@@ -27,7 +31,8 @@ namespace ordo {
     FIELD(Vec<D>, half, box)                /* half-lengths, m */                \
     FIELD(Mat<D>, edges0, corners)          /* initial half-edge vectors, columns, m */ \
     FIELD(Mat<D>, edges, corners)           /* half-edge vectors F edges0, m */  \
-    FIELD(Vec<D>, b, body_force)            /* body force per mass, m/s^2 */
+    FIELD(Vec<D>, b, body_force)            /* body force per mass, m/s^2 */     \
+    FIELD(Turns<D>, turns, periodic)        /* periods travelled along each axis */
 
 /// Groups of fields beyond those that every method needs.
 struct FieldGroups {
@@ -35,6 +40,7 @@ struct FieldGroups {
     bool box                     = false;
     bool corners                 = false;
     bool body_force              = false;
+    bool periodic                = false;
 };
 
 /// Raw pointers to the fields of `count` particles; absent fields are null.

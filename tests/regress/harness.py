@@ -72,7 +72,10 @@ def start(*args, cwd):
 def ordo(*args, cwd):
     """Runs ordo to its end: returncode, stdout, stderr."""
     process = start(*args, cwd=cwd)
-    out, err = process.communicate(timeout=60)
+    try:
+        out, err = process.communicate(timeout=60)
+    finally:
+        process.kill()
     return subprocess.CompletedProcess(process.args, process.returncode, out, err)
 
 
@@ -92,6 +95,8 @@ def frames(directory, kind="particles"):
 
 def read_vtk(path):
     """The data set of a VTU or VTI file, as VTK's own reader sees it."""
+    if not path.read_bytes().endswith(b"</VTKFile>\n"):
+        raise ValueError(f"{path} is not whole")
     reader = vtk.vtkXMLUnstructuredGridReader() if path.suffix == ".vtu" else vtk.vtkXMLImageDataReader()
     errors = []
     reader.AddObserver("ErrorEvent", lambda *_: errors.append(path))

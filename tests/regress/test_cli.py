@@ -1,10 +1,12 @@
-"""The commands beside a plain run: help, check, list, bench, overrides, and the way a run fails.
+"""The commands around a run: help, check with --set, list and bench.
+
+At the end the way a run fails: what the message says and what is left on the disk.
 """
 
 import json
 import tomllib
 
-from harness import CASE, PRESETS, ROOT, InTemporaryDirectory, edit, frames, history, ordo, particle_data, read_vtk, arrays
+from harness import CASE, PRESETS, ROOT, InTemporaryDirectory, arrays, edit, frames, history, ordo, particle_data, read_vtk
 
 SHAPES = ("ball", "box", "ring", "cylinder", "particles")
 MATERIALS = ("neo-hookean", "st-venant-kirchhoff", "jaumann-elastic", "linear-rate-1d")

@@ -153,6 +153,15 @@ class Output(InTemporaryDirectory):
         self.assertEqual(contents(elsewhere / "second"), contents(self.dir / "first"))
         self.assertEqual({p.name for p in self.dir.glob("first/*.csv")}, {"history.csv", "probe_tip.csv", "probe_middle.csv"})
 
+    def test_displacement_across_a_periodic_face(self):
+        case = edit(CASE, ("end = 0.01", "end = 0.2"), "velocity = [5, 0]\n[[boundary]]\nface = 'x-min'\ntype = 'periodic'\n[[probe]]\nname = 'p'\nparticle = 0.5\n")
+        for preset in PRESETS:
+            with self.subTest(preset):
+                self.run_good(self.write("case.toml", case), "--output", preset, "--set", f"method.preset={preset}")
+                for time, path in frames(self.dir / preset)[::10]:
+                    moved = particle_data(read_vtk(path))["displacement"][:, 0]
+                    self.assert_close(moved, numpy.full_like(moved, 5 * time), scale=1.0, tolerance=1e-9)
+
     def test_a_shorter_run_leaves_nothing_of_a_longer_one(self):
         case = self.write_rich_case()
         self.run_good(case, "--output", "both")

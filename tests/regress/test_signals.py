@@ -17,8 +17,12 @@ class Signals(InTemporaryDirectory):
     def start_run(self, interval):
         self.write("case.toml", ENDLESS)
         process = start("run", "case.toml", "--threads", 1, "--output", "out", "--set", f"output.interval={interval}", cwd=self.dir)
-        self.addCleanup(lambda: process.poll() is None and process.kill())
+        self.addCleanup(self.kill, process)
         return process
+
+    def kill(self, process):
+        process.kill()
+        process.communicate(timeout=20)
 
     def wait_for(self, name):
         limit = time.monotonic() + 20
@@ -38,35 +42,58 @@ class Signals(InTemporaryDirectory):
             self.assertEqual(lines[-1], "")
             self.assertEqual({line.count(",") for line in lines[:-1]}, {8})
 
-    def test_stop(self):
-        for name, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
-            with self.subTest(name):
-                process = self.start_run(interval=1.0)
-                self.wait_for("particles_000002.vtu")
-                process.send_signal(name)
-                _, err = process.communicate(timeout=20)
-                self.assertEqual(process.returncode, code, err)
-                self.assertIn(f"signal {int(name)}", err)
-                self.assert_frames_whole()
-                self.assertEqual(frames(self.dir / "out")[-1][0], history(self.dir / "out")["time"][-1])
-                self.assertEqual(list(self.dir.glob("out/*.part")), [])
+    def assert_stops(self, name, code, interval):
+        process = self.start_run(interval)
+        self.wait_for("particles_000002.vtu")
+        process.send_signal(name)
+        _, err = process.communicate(timeout=20)
+        self.assertEqual(process.returncode, code, err)
+        self.assertIn(f"signal {int(name)}", err)
+        self.assert_frames_whole()
+        self.assertEqual(frames(self.dir / "out")[-1][0], history(self.dir / "out")["time"][-1])
+        self.assertEqual(list(self.dir.glob("out/*.part")), [])
+
+    def test_interrupt(self):
+        self.assert_stops(signal.SIGINT, 130, interval=1.0)
+
+    def test_terminate(self):
+        self.assert_stops(signal.SIGTERM, 143, interval=1.0)
+
+    def test_stop_at_a_step_with_a_frame(self):
+        self.assert_stops(signal.SIGTERM, 143, interval=0.001)
+        times = [t for t, _ in frames(self.dir / "out")]
+        self.assertEqual(times, sorted(set(times)), "a time stands twice")
 
     def test_kill(self):
         moments = random.Random(1)
         for k in range(KILLS):
             with self.subTest(kill=k):
                 process = self.start_run(interval=0.002)
-                self.wait_for("history.csv")
                 time.sleep(moments.uniform(0.0, 0.3))
-                process.kill()
-                process.communicate(timeout=20)
+                self.kill(process)
                 self.assert_frames_whole()
+
+    def test_kill_while_the_earlier_run_is_removed(self):
+        self.run_good(self.write("case.toml", CASE), "--output", "out")
+        pvd = self.dir / "out" / "particles.pvd"
+        text = pvd.read_text()
+        entry = next(line for line in text.split("\n") if "000000.vtu" in line) + "\n"
+        numbers = [f"{k:06}" for k in range(100, 5000)]
+        pvd.write_text(text.replace(entry, entry + "".join(entry.replace("000000", n) for n in numbers)))
+        for n in numbers:
+            self.write(f"out/particles_{n}.vtu", "")
+        process = self.start_run(interval=1.0)
+        watched = [self.dir / "out" / f"particles_{n}.vtu" for n in numbers[::100]]
+        while process.poll() is None and all(path.exists() for path in watched):
+            pass
+        self.kill(process)
+        missing = [path for _, path in frames(pvd.parent) if not path.exists()] if pvd.exists() else []
+        self.assertEqual(len(missing), 0, "particles.pvd lists frames that are gone")
 
     def test_a_run_over_the_remains_of_a_killed_one(self):
         process = self.start_run(interval=0.002)
         self.wait_for("particles_000020.vtu")
-        process.kill()
-        process.communicate(timeout=20)
+        self.kill(process)
         (self.dir / "out" / "particles_000099.vtu.part").write_text("half a fr")
         for directory in ("out", "fresh"):
             done = ordo("run", "case.toml", "--set", "time.end=0.01", "--output", directory, cwd=self.dir)

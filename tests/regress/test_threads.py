@@ -18,7 +18,7 @@ FORCED_CUBE = edit(
 PERIODIC = edit(
     CASE,
     ("spacing = 0.25", "spacing = 0.03125"),
-    ('shape = "ball"\ncenter = 0.5\nradius = 0.25\n', "shape = 'box'\nlower = [0.0, 0.25]\nupper = [1.0, 0.75]\nvelocity = ['2', '0.1*sin(2*pi*x)']\n"),
+    ('shape = "ball"\ncenter = 0.5\nradius = 0.25\n', "shape = 'box'\nlower = [0.0, 0.25]\nupper = [1.0, 0.75]\nvelocity = ['10', '0.1*sin(2*pi*x)']\n"),
     "[[boundary]]\nface = 'x-min'\ntype = 'periodic'\n[output]\ngrid = true\n",
 )
 
