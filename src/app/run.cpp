@@ -78,6 +78,7 @@ int run_case(const io::CaseInput& input, bool quiet)
     };
     auto finish = [&] {
         frame();
+        writer.finish();
         progress.done(s.n, s.t);
         if (!quiet) fmt::print(stderr, "wrote {} frames and history.csv to {}\n", writer.frame_count(), writer.directory().string());
     };

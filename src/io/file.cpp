@@ -2,9 +2,7 @@
 
 #include "base/error.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
@@ -20,9 +18,12 @@ namespace {
 
 }  // namespace
 
-AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)), part_(path_.string() + ".part")
+AtomicFile::AtomicFile(std::filesystem::path path, Start start) : path_(std::move(path)), part_(path_.string() + ".part")
 {
-    file_.reset(std::fopen(part_.c_str(), "wb"));
+    std::error_code failure;
+    if (start == Start::copy) std::filesystem::copy_file(path_, part_, std::filesystem::copy_options::overwrite_existing, failure);
+    if (failure) throw OutputError(fmt::format("{}: cannot be copied: {}", path_.string(), failure.message()));
+    file_.reset(std::fopen(part_.c_str(), start == Start::copy ? "ab" : "wb"));
     if (!file_) fail(part_, "cannot be created");
 }
 
@@ -57,27 +58,17 @@ void LineFile::add(std::string_view line)
 {
     pending_ += line;
     pending_ += '\n';
-    if (pending_.size() > 1 << 16) flush();
 }
 
-void LineFile::flush()
+void LineFile::flush(When when)
 {
-    if (pending_.empty()) return;
-    const int file = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
-    if (file < 0) fail(path_, "cannot be opened");
-    const ssize_t written = ::write(file, pending_.data(), pending_.size());
-    const bool complete   = written == static_cast<ssize_t>(pending_.size());
-    if (!complete) {
-        // Disk full in the middle of a line: take the part back, so that the file ends with a whole line.
-        const int reason = written < 0 ? errno : ENOSPC;
-        const off_t size = ::lseek(file, 0, SEEK_END);
-        if (written > 0 && size >= written && ::ftruncate(file, size - written) != 0) errno = reason;
-        ::close(file);
-        errno = reason;
-        fail(path_, "cannot be written");
-    }
-    ::close(file);
+    constexpr std::chrono::seconds pause(1);
+    if (pending_.empty() || (when == When::soon && Clock::now() - last_ < pause)) return;
+    AtomicFile file(path_, AtomicFile::Start::copy);
+    file.write(pending_);
+    file.commit();
     pending_.clear();
+    last_ = Clock::now();
 }
 
 }  // namespace ordo::io

@@ -1,6 +1,7 @@
 // Files that are whole or absent: written beside their name and renamed when complete.
 #pragma once
 
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -13,7 +14,9 @@ namespace ordo::io {
 /// A file under construction. Without `commit` nothing is left. Throws OutputError when the disk refuses.
 class AtomicFile {
   public:
-    explicit AtomicFile(std::filesystem::path path);
+    enum class Start { empty, copy };
+    /// Starts empty, or as a copy of the file there is.
+    explicit AtomicFile(std::filesystem::path path, Start start = Start::empty);
     ~AtomicFile();
     AtomicFile(const AtomicFile&) = delete;
 
@@ -34,7 +37,8 @@ class AtomicFile {
     std::unique_ptr<std::FILE, Close> file_;
 };
 
-/// A text file that grows by whole lines: a killed run leaves no half line.
+/// A text file that grows by lines. It is replaced as a whole each time: a process killed in the middle of an appending
+/// write would leave half a line (seen at page boundaries).
 class LineFile {
   public:
     LineFile() = default;
@@ -42,12 +46,15 @@ class LineFile {
     LineFile(std::filesystem::path path, std::string_view header);
 
     void add(std::string_view line);
-    /// Hands all lines to the system in one write.
-    void flush();
+    /// Writes the lines added so far; while the file was written less than a second ago it may wait.
+    enum class When { soon, now };
+    void flush(When when);
 
   private:
+    using Clock = std::chrono::steady_clock;
     std::filesystem::path path_;
     std::string pending_;
+    Clock::time_point last_ = Clock::now();
 };
 
 }  // namespace ordo::io

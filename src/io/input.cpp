@@ -238,7 +238,7 @@ void apply_override(toml::table& root, const std::string& text)
 const toml::table& table_of(const toml::node& node, const std::string& name)
 {
     if (const toml::table* table = node.as_table()) return *table;
-    fail(place_of(node, name), name, "must be a table, [" + name + "]");
+    fail(place_of(node), name, "must be a table, [" + name + "]");
 }
 
 template <class T>
@@ -247,7 +247,7 @@ void read_repeated(const toml::table& root, const Section<T>& section, int dim, 
     const toml::node* node = root.get(section.name);
     if (!node) return;
     const toml::array* list = node->as_array();
-    if (!list) fail(place_of(*node, section.name), section.name, "must be written [[" + section.name + "]], for there may be several");
+    if (!list) fail(place_of(*node), section.name, "must be written [[" + section.name + "]], for there may be several");
     for (std::size_t k = 0; k < list->size(); ++k) {
         const std::string path = fmt::format("{}[{}]", section.name, k);
         read_table(section, table_of(*list->get(k), path), path, dim, out.emplace_back());
@@ -274,7 +274,7 @@ int read_dim(const toml::table& root)
     GridInput grid;
     if (const toml::node* node = root.at_path("grid.dim").node()) {
         const auto& key = grid_section().keys.front();
-        ValueReader{key.info, "grid.dim", place_of(*node, "grid.dim"), 0}.read(*node, grid.dim);
+        ValueReader{key.info, "grid.dim", place_of(*node), 0}.read(*node, grid.dim);
     }
     return grid.dim;
 }
@@ -458,6 +458,8 @@ void validate(CaseInput& c, const std::filesystem::path& file)
         const std::string stem               = absolute.stem().string();
         c.output.directory                   = "results/" + (stem == "case" ? absolute.parent_path().filename().string() : stem);
     }
+    for (const std::string& f : c.output.fields)
+        if (std::count(c.output.fields.begin(), c.output.fields.end(), f) > 1) c.output.fail("fields", "names \"" + f + "\" twice");
     for (const ProbeInput& p : c.probes) {
         if (p.particle.empty() == p.point.empty()) p.fail("point", "give either particle or point");
         if (p.name.empty() || p.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") != std::string::npos)

@@ -8,7 +8,10 @@ namespace ordo::io {
 
 void fail(const Place& place, std::string_view key, std::string_view message)
 {
-    throw InputError(fmt::format("{}: {}: {}", place.text(), key, message));
+    std::string text;  // one line, whatever the user put into names
+    for (char c : fmt::format("{}: {}: {}", place.text(), key, message))
+        text += static_cast<unsigned char>(c) < 0x20 ? fmt::format("\\x{:02x}", static_cast<unsigned>(c)) : std::string(1, c);
+    throw InputError(text);
 }
 
 namespace {
@@ -65,10 +68,10 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& ca
     return near.empty() ? "There is: " + all : fmt::format("Did you mean \"{}\"?", near);
 }
 
-Place place_of(const toml::node& node, const std::string& path)
+Place place_of(const toml::node& node)
 {
     const toml::source_region& source = node.source();
-    if (source.begin.line == 0 || !source.path) return {"--set " + path, 0, 0};
+    if (source.begin.line == 0 || !source.path) return {"--set", 0, 0};
     return {*source.path, static_cast<int>(source.begin.line), static_cast<int>(source.begin.column)};
 }
 
@@ -126,7 +129,7 @@ void ValueReader::read(const toml::node& node, std::string& out) const
 
 void ValueReader::read(const toml::node& node, Expression& out) const
 {
-    out.place = place_of(node, path);
+    out.place = place_of(node);
     out.key   = path;
     if (node.is_number()) {
         double value = 0.0;

@@ -102,7 +102,7 @@ struct Section {
 };
 
 /// Where a node stood; nodes that --set made have no place in a file.
-Place place_of(const toml::node& node, const std::string& path);
+Place place_of(const toml::node& node);
 
 /// Reads one value; throws InputError when the type or the range is wrong. `dim` is the number of axes.
 struct ValueReader {
@@ -128,7 +128,7 @@ struct ValueReader {
     {
         out.clear();
         if (const toml::array* list = node.as_array()) {
-            for (const toml::node& item : *list) ValueReader{info, path, place_of(item, path), dim}.read(item, out.emplace_back());
+            for (const toml::node& item : *list) ValueReader{info, path, place_of(item), dim}.read(item, out.emplace_back());
         } else if (info.per_axis) {
             T value{};
             read(node, value);
@@ -165,7 +165,7 @@ void read_table(const Section<Owner>& section, const toml::table& table, const s
                 const std::vector<std::string>& others = {})
 {
     owner.path  = path;
-    owner.place = place_of(table, path);
+    owner.place = place_of(table);
     for (const auto& [key, node] : table) {
         const std::string name(key.str());
         const std::string full = path.empty() ? name : path + "." + name;
@@ -174,11 +174,11 @@ void read_table(const Section<Owner>& section, const toml::table& table, const s
         if (found == section.keys.end()) {
             std::vector<std::string> names = key_names(section);
             names.insert(names.end(), others.begin(), others.end());
-            const Place key_place{place_of(node, full).file, static_cast<int>(key.source().begin.line),
+            const Place key_place{place_of(node).file, static_cast<int>(key.source().begin.line),
                                   static_cast<int>(key.source().begin.column)};
             fail(key_place, full, "there is no such key. " + suggestion(name, names));
         }
-        owner.at[name] = place_of(node, full);
+        owner.at[name] = place_of(node);
         const ValueReader reader{found->info, full, owner.at[name], dim};
         std::visit([&](auto member) { reader.read(node, owner.*member); }, found->member);
     }

@@ -87,7 +87,7 @@ std::string field_array(Appended& data, const std::string& name, const std::vect
                         }), 9);
     };
     if (name == "displacement") return vector([&](int i) { return displacement(model, p, i); });
-    if (name == "position") return vector([&](int i) { return p.x[i]; });
+    if (name == "position") return vector([&](int i) { return place_in_period(model, p, i); });
     if (name == "velocity") return vector([&](int i) { return p.v[i]; });
     if (name == "stress") return tensor([&](int i) { return full_stress(model, p, i); });
     if (name == "deformation_gradient")
@@ -115,12 +115,12 @@ std::string field_array(Appended& data, const std::string& name, const std::vect
 
 /// The corners of a particle's domain in VTK's order; none for points.
 template <int D>
-void corners_of(const Particles<D>& p, int i, std::vector<double>& out)
+void corners_of(const Model<D>& model, const Particles<D>& p, int i, std::vector<double>& out)
 {
     // VTK walks around a quad; bits of the corner number are signs along the edges.
     static constexpr int walk[8] = {0, 1, 3, 2, 4, 5, 7, 6};
     for (int c = 0; c < (1 << D); ++c) {
-        Vec<D> x = p.x[i];
+        Vec<D> x = place_in_period(model, p, i);
         for (int d = 0; d < D; ++d) {
             const double sign = walk[c] >> d & 1 ? 1.0 : -1.0;
             if (!p.edges.empty())
@@ -150,9 +150,9 @@ void write_particles(const std::filesystem::path& file, const Model<D>& model, S
     points.reserve(order.size() * static_cast<std::size_t>(3 * per_cell));
     for (int i : order) {
         if (has_domain) {
-            corners_of(p, i, points);
+            corners_of(model, p, i, points);
         } else {
-            const Vec<3> x = padded(p.x[i]);
+            const Vec<3> x = padded(place_in_period(model, p, i));
             points.insert(points.end(), {x[0], x[1], x[2]});
         }
     }

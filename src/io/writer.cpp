@@ -120,7 +120,7 @@ void Writer<D>::probe_row(Probe& probe, State<D>& s)
     if (probe.particle >= 0) {
         int i = 0;
         while (p.id[i] != probe.particle) ++i;
-        line += values(p.x[i]) + values(displacement(model_, p, i)) + values(p.v[i]);
+        line += values(place_in_period(model_, p, i)) + values(displacement(model_, p, i)) + values(p.v[i]);
         for (int a = 0; a < D; ++a)
             for (int b = a; b < D; ++b) line += fmt::format(",{}", p.sigma[i](a, b));
         line += fmt::format(",{}", p.m[i] / p.V[i]);
@@ -156,8 +156,20 @@ void Writer<D>::frame(State<D>& s)
         write_grid(directory_ / grid_frames_.back().file, s);
         write_pvd(directory_ / "grid.pvd", grid_frames_);
     }
-    history_.flush();
-    for (Probe& p : probes_) p.file.flush();
+    flush(LineFile::When::soon);
+}
+
+template <int D>
+void Writer<D>::finish()
+{
+    flush(LineFile::When::now);
+}
+
+template <int D>
+void Writer<D>::flush(LineFile::When when)
+{
+    history_.flush(when);
+    for (Probe& p : probes_) p.file.flush(when);
 }
 
 template class Writer<1>;

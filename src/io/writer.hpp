@@ -22,8 +22,10 @@ class Writer {
 
     /// Adds a row to the history and to each probe. dt is the size of the step that led here.
     void row(State<D>& s, double dt);
-    /// Writes particles (and grid) and brings the PVD and all tables up to date.
+    /// Writes particles (and grid), the PVD, and from time to time the tables.
     void frame(State<D>& s);
+    /// Writes what the tables still hold back.
+    void finish();
 
     std::size_t frame_count() const { return particle_frames_.size(); }
     const std::filesystem::path& directory() const { return directory_; }
@@ -34,6 +36,7 @@ class Writer {
         int particle = -1;  ///< id, or -1 for a point
         Vec<D> point{};
     };
+    void flush(LineFile::When when);
     void probe_row(Probe& probe, State<D>& s);
 
     const CaseInput& input_;

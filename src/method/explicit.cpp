@@ -157,7 +157,7 @@ void Explicit<D>::evaluate_body_forces(State<D>& s) const
     if (!has_body_force_) return;
     const ParticleView<D> p = s.particles.view();
     parallel_for_each(p.count, [&](std::ptrdiff_t i) {
-        p.b[i] = evaluate<D>(model_.body_forces[p.body[i]], {padded(p.x[i]), padded(p.X[i]), s.t});
+        p.b[i] = evaluate<D>(model_.body_forces[p.body[i]], {padded(place_in_period(model_, s.particles, static_cast<int>(i))), padded(p.X[i]), s.t});
     });
 }
 

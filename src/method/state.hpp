@@ -9,6 +9,7 @@
 #include "method/axes.hpp"
 #include "particles/particles.hpp"
 
+#include <cmath>
 #include <vector>
 
 namespace ordo {
@@ -69,6 +70,19 @@ Vec<D> displacement(const Model<D>& model, const Particles<D>& p, int i)
     for (int a = 0; a < D; ++a)
         if (model.periodic[a]) u[a] += p.turns[i][a] * (model.cells[a] * model.h[a]);
     return u;
+}
+
+/// Where particle i is drawn and where fields are evaluated: in the first period of periodic axes. Between sorts x may
+/// lie up to the halo outside of it.
+template <int D>
+Vec<D> place_in_period(const Model<D>& model, const Particles<D>& p, int i)
+{
+    Vec<D> x = p.x[i];
+    for (int a = 0; a < D; ++a) {
+        const double period = model.cells[a] * model.h[a];
+        if (model.periodic[a]) x[a] -= period * std::floor((x[a] - model.origin[a]) / period);
+    }
+    return x;
 }
 
 }  // namespace ordo
