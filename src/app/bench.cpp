@@ -70,7 +70,8 @@ int bench_method(const BenchOptions& options, const MethodSpec& spec)
     model.materials = {{MaterialModel::neo_hookean, 1e3, E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))}};
     model.body_forces.resize(1);
 
-    const auto seeds = fill_box(Bounds<D>{Vec<D>::filled(n / 8 * h), Vec<D>::filled((n - n / 8) * h)}, SubCells<D>{Vec<D>{}, model.h, Index<D>::filled(2)});
+    const auto seeds = fill_box(Bounds<D>{Vec<D>::filled(n / 8 * h), Vec<D>::filled((n - n / 8) * h)},
+                                SubCells<D>{Vec<D>{}, model.h, Index<D>::filled(2)});
     Particles<D> p(static_cast<int>(seeds.size()), field_groups(model));
     for (int i = 0; i < p.count; ++i) {
         p.x[i]    = seeds[i].x;
@@ -94,18 +95,23 @@ int bench_method(const BenchOptions& options, const MethodSpec& spec)
     const double work  = static_cast<double>(s.particles.count) * options.steps;
     const double bytes = static_cast<double>(s.particles.bytes_per_particle());
     double named       = 0;
-    std::string json   = fmt::format("{{\"method\": \"{}\", \"dim\": {}, \"particles\": {}, \"cells_per_axis\": {}, \"steps\": {}, \"threads\": {},\n \"seconds\": {}, \"particle_steps_per_second\": {},\n \"ns_per_particle\": {{",
-                                     options.method, D, s.particles.count, n, options.steps, thread_count(), seconds, work / seconds);
-    std::string text = fmt::format("{} {}D: {} particles, {} steps, {} thread{}: {:.2f} M particle-steps/s\n", options.method, D, s.particles.count,
-                                   options.steps, thread_count(), thread_count() > 1 ? "s" : "", work / seconds / 1e6);
+    std::string json =
+        fmt::format("{{\"method\": \"{}\", \"dim\": {}, \"particles\": {}, \"cells_per_axis\": {}, \"steps\": {}, \"threads\": "
+                    "{},\n \"seconds\": {}, \"particle_steps_per_second\": {},\n \"ns_per_particle\": {{",
+                    options.method, D, s.particles.count, n, options.steps, thread_count(), seconds, work / seconds);
+    std::string text =
+        fmt::format("{} {}D: {} particles, {} steps, {} thread{}: {:.2f} M particle-steps/s\n", options.method, D,
+                    s.particles.count, options.steps, thread_count(), thread_count() > 1 ? "s" : "", work / seconds / 1e6);
     for (int k = 0; k < StageTimes::count; ++k) {
         named += times.seconds[k];
         json += fmt::format("\"{}\": {}, ", StageTimes::names[k], 1e9 * times.seconds[k] / work);
         text += fmt::format("  {:<8} {:7.1f} ns per particle\n", StageTimes::names[k], 1e9 * times.seconds[k] / work);
     }
-    json += fmt::format("\"other\": {}}},\n \"bytes_per_particle\": {}, \"version\": \"{}\", \"commit\": \"{}\", \"build\": \"{}\"}}\n",
-                        1e9 * (seconds - named) / work, bytes, ORDO_VERSION, ORDO_COMMIT, build_flags());
-    text += fmt::format("  {:<8} {:7.1f} ns per particle\n  {} bytes per particle; {}\n", "other", 1e9 * (seconds - named) / work, bytes, build_flags());
+    json += fmt::format(
+        "\"other\": {}}},\n \"bytes_per_particle\": {}, \"version\": \"{}\", \"commit\": \"{}\", \"build\": \"{}\"}}\n",
+        1e9 * (seconds - named) / work, bytes, ORDO_VERSION, ORDO_COMMIT, build_flags());
+    text += fmt::format("  {:<8} {:7.1f} ns per particle\n  {} bytes per particle; {}\n", "other", 1e9 * (seconds - named) / work,
+                        bytes, build_flags());
     emit(options, json, text);
     return 0;
 }
@@ -141,8 +147,10 @@ int bench_machine(const BenchOptions& options)
     }
     const bool finite = std::isfinite(sums[0]);
     emit(options,
-         fmt::format("{{\"threads\": {}, \"peak_gflops\": {}, \"bandwidth_gb_per_second\": {}, \"build\": \"{}\"}}\n", threads, gflops, best, build_flags()),
-         fmt::format("{} thread{}: {:.1f} Gflop/s of fused multiply-adds{}, {:.1f} GB/s (triad)\n{}\n", threads, threads > 1 ? "s" : "", gflops, finite ? "" : " (overflow)", best, build_flags()));
+         fmt::format("{{\"threads\": {}, \"peak_gflops\": {}, \"bandwidth_gb_per_second\": {}, \"build\": \"{}\"}}\n", threads,
+                     gflops, best, build_flags()),
+         fmt::format("{} thread{}: {:.1f} Gflop/s of fused multiply-adds{}, {:.1f} GB/s (triad)\n{}\n", threads,
+                     threads > 1 ? "s" : "", gflops, finite ? "" : " (overflow)", best, build_flags()));
     return 0;
 }
 

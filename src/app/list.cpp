@@ -40,9 +40,11 @@ void list_shapes()
 {
     fmt::print("Shapes (body.shape)\n");
     for (const auto& s : io::shapes()) {
-        const std::string dims = s.min_dim == s.max_dim ? fmt::format("{}D", s.min_dim) : fmt::format("{}D to {}D", s.min_dim, s.max_dim);
+        const std::string dims =
+            s.min_dim == s.max_dim ? fmt::format("{}D", s.min_dim) : fmt::format("{}D to {}D", s.min_dim, s.max_dim);
         fmt::print("  {:<10} {} ({})\n", s.name, s.what, dims);
-        fmt::print("             needs {}{}{}\n", fmt::join(s.required, ", "), s.optional.empty() ? "" : "; takes ", fmt::join(s.optional, ", "));
+        fmt::print("             needs {}{}{}\n", fmt::join(s.required, ", "), s.optional.empty() ? "" : "; takes ",
+                   fmt::join(s.optional, ", "));
     }
 }
 
@@ -54,7 +56,8 @@ void list_cases()
     for (const auto& entry : std::filesystem::directory_iterator("cases", none))
         if (std::filesystem::exists(entry.path() / "case.toml")) names.push_back(entry.path().filename().string());
     std::sort(names.begin(), names.end());
-    for (const std::string& name : names) fmt::print("  {:<20} {}\n", name, io::read_case("cases/" + name + "/case.toml", {}).title);
+    for (const std::string& name : names)
+        fmt::print("  {:<20} {}\n", name, io::read_case("cases/" + name + "/case.toml", {}).title);
     if (names.empty()) fmt::print("  none here: run in the folder that holds cases/\n");
 }
 
@@ -66,7 +69,8 @@ int list(const std::string& what)
         fmt::print("{}", io::reference_page());
         return 0;
     }
-    const std::pair<const char*, void (*)()> pages[] = {{"methods", list_methods}, {"materials", list_materials}, {"shapes", list_shapes}, {"cases", list_cases}};
+    const std::pair<const char*, void (*)()> pages[] = {
+        {"methods", list_methods}, {"materials", list_materials}, {"shapes", list_shapes}, {"cases", list_cases}};
     bool first = true;
     for (const auto& [name, page] : pages) {
         if (!what.empty() && what != name) continue;

@@ -20,8 +20,8 @@ int dispatch(int argc, char** argv)
     cli.set_version_flag("--version", fmt::format("ordo {} ({})", ORDO_VERSION, ORDO_COMMIT));
     cli.require_subcommand(1);
 
-    int threads = 0;
-    int result  = 0;
+    int threads       = 0;
+    int result        = 0;
     auto with_threads = [&](CLI::App* command) {
         command->add_option("--threads", threads, "number of threads; all cores without it")->check(CLI::Range(1, 1024));
     };
@@ -33,7 +33,8 @@ int dispatch(int argc, char** argv)
     std::string output;
     auto with_case = [&](CLI::App* command) {
         command->add_option("case", run_options.file, "case file (TOML)")->required();
-        command->add_option("--set", run_options.overrides, "override an input key, key=value; may be repeated")->allow_extra_args(false);
+        command->add_option("--set", run_options.overrides, "override an input key, key=value; may be repeated")
+            ->allow_extra_args(false);
         command->add_option("--output", output, "directory of the output files");
     };
     CLI::App* run = cli.add_subcommand("run", "run a case");
@@ -61,7 +62,8 @@ int dispatch(int argc, char** argv)
     app::BenchOptions bench_options;
     std::string json;
     CLI::App* bench = cli.add_subcommand("bench", "particle-steps per second on a block of neo-Hookean material");
-    bench->add_flag("--machine", bench_options.machine, "measure the peak of fused multiply-adds and the memory bandwidth instead");
+    bench->add_flag("--machine", bench_options.machine,
+                    "measure the peak of fused multiply-adds and the memory bandwidth instead");
     bench->add_option("--dim", bench_options.dim, "dimensions")->check(CLI::Range(1, 3));
     bench->add_option("--method", bench_options.method, "preset");
     bench->add_option("--particles", bench_options.particles, "about how many")->check(CLI::Range(1, 2'000'000'000));
@@ -78,7 +80,8 @@ int dispatch(int argc, char** argv)
         std::vector<std::string> commands;
         for (const CLI::App* command : cli.get_subcommands({})) commands.push_back(command->get_name());
         if (std::find(commands.begin(), commands.end(), argv[1]) == commands.end())
-            throw InputError(std::string(argv[1]) + ": there is no such command. " + io::suggestion(argv[1], commands) + " See ordo --help.");
+            throw InputError(std::string(argv[1]) + ": there is no such command. " + io::suggestion(argv[1], commands) +
+                             " See ordo --help.");
     }
     try {
         cli.parse(argc, argv);

@@ -59,8 +59,8 @@ int run_case(const io::CaseInput& input, bool quiet)
     io::Writer<D> writer(input, method.model(), built.particles);
     State<D> s = method.start(std::move(built.particles));
     if (!quiet)
-        fmt::print(stderr, "{}: {}D, {} particles, {} on {} thread{}\n", input.title.empty() ? "ordo" : input.title, D, s.particles.count,
-                   input.method.preset, thread_count(), thread_count() > 1 ? "s" : "");
+        fmt::print(stderr, "{}: {}D, {} particles, {} on {} thread{}\n", input.title.empty() ? "ordo" : input.title, D,
+                   s.particles.count, input.method.preset, thread_count(), thread_count() > 1 ? "s" : "");
 
     catch_signals();
     io::Progress progress(quiet, input.time.end);
@@ -80,7 +80,8 @@ int run_case(const io::CaseInput& input, bool quiet)
         frame();
         writer.finish();
         progress.done(s.n, s.t);
-        if (!quiet) fmt::print(stderr, "wrote {} frames and history.csv to {}\n", writer.frame_count(), writer.directory().string());
+        if (!quiet)
+            fmt::print(stderr, "wrote {} frames and history.csv to {}\n", writer.frame_count(), writer.directory().string());
     };
     frame();
     double next_frame = interval;
@@ -104,7 +105,8 @@ int run_case(const io::CaseInput& input, bool quiet)
     }
     finish();
     if (!g_signal) return 0;
-    fmt::print(stderr, "ordo: stopped by signal {} at t = {:.6g} s; what was computed is written\n", static_cast<int>(g_signal), s.t);
+    fmt::print(stderr, "ordo: stopped by signal {} at t = {:.6g} s; what was computed is written\n", static_cast<int>(g_signal),
+               s.t);
     return 128 + static_cast<int>(g_signal);
 }
 
@@ -116,13 +118,15 @@ int check_case(const io::CaseInput& input)
     const double limit = courant_time_step(built.model, built.particles);
     const double dt    = input.time.dt.value_or(input.time.cfl.value_or(0) * limit);
     fmt::print("{}", io::echo_case(input));
-    fmt::print("\n# {} particles, {} cells, dt = {:.4g} s at the start (Courant number {:.3g}), about {:.0f} steps\n", built.particles.count,
-               [&] {
-                   double n = 1;
-                   for (int a = 0; a < D; ++a) n *= built.model.cells[a];
-                   return n;
-               }(),
-               dt, dt / limit, std::ceil(input.time.end / dt - 1e-9));
+    fmt::print(
+        "\n# {} particles, {} cells, dt = {:.4g} s at the start (Courant number {:.3g}), about {:.0f} steps\n",
+        built.particles.count,
+        [&] {
+            double n = 1;
+            for (int a = 0; a < D; ++a) n *= built.model.cells[a];
+            return n;
+        }(),
+        dt, dt / limit, std::ceil(input.time.end / dt - 1e-9));
     return 0;
 }
 

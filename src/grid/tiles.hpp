@@ -121,9 +121,9 @@ class Tiles {
     void for_each_node_run(F&& f) const
     {
         parallel_for(static_cast<std::ptrdiff_t>(blocks_.size()), [&](std::ptrdiff_t k) {
-            IndexBox<D> rows   = nodes_of(blocks_[k]);
-            const int length   = rows.hi[0] - rows.lo[0];
-            rows.hi[0]         = rows.lo[0] + 1;
+            IndexBox<D> rows = nodes_of(blocks_[k]);
+            const int length = rows.hi[0] - rows.lo[0];
+            rows.hi[0]       = rows.lo[0] + 1;
             rows.for_each([&](const Index<D>& at) {
                 const std::ptrdiff_t first = lattice_.offset(at);
                 f(first, first + length);

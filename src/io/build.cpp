@@ -41,8 +41,11 @@ void set_up_boundaries(const CaseInput& in, Model<D>& model)
             Boundary<D> r{};
             r.axis           = axis;
             r.outer_is_above = face.ends_with("max");
-            r.at             = b.at_coordinate.value_or(r.outer_is_above ? model.origin[axis] + model.cells[axis] * model.h[axis] : model.origin[axis]);
-            r.type           = b.type == "fixed" ? BoundaryType::fixed : b.type == "symmetry" ? BoundaryType::symmetry : BoundaryType::velocity;
+            r.at             = b.at_coordinate.value_or(r.outer_is_above ? model.origin[axis] + model.cells[axis] * model.h[axis]
+                                                                         : model.origin[axis]);
+            r.type           = b.type == "fixed"      ? BoundaryType::fixed
+                               : b.type == "symmetry" ? BoundaryType::symmetry
+                                                      : BoundaryType::velocity;
             for (int a = 0; a < D && r.type == BoundaryType::velocity; ++a)
                 if (b.value[a].value != decltype(b.value[a].value){"free"}) r.value[a] = make_field(b.value[a]);
             model.boundaries.push_back(std::move(r));
@@ -50,7 +53,8 @@ void set_up_boundaries(const CaseInput& in, Model<D>& model)
     for (const BoundaryInput& b : in.boundaries)
         for (const std::string& face : b.face)
             if (b.type != "periodic" && model.periodic[face[0] - 'x'])
-                b.fail("face", fmt::format("{} belongs to a periodic axis, which has no faces; remove one of the two entries", face));
+                b.fail("face",
+                       fmt::format("{} belongs to a periodic axis, which has no faces; remove one of the two entries", face));
 }
 
 template <int D>
@@ -88,8 +92,12 @@ std::vector<Seed<D>> seed_body(const BodyInput& b, const Model<D>& model)
 {
     if (b.shape == "particles") return read_particles<D>(b);
     const SubCells<D> cells{model.origin, model.h, to_vec<D, int>(b.particles_per_cell)};
-    std::vector<Seed<D>> seeds = b.shape == "box" ? fill_box(Bounds<D>{to_vec<D>(b.lower), to_vec<D>(b.upper)}, cells) : seed_round(b, cells);
-    if (seeds.empty()) b.fail("shape", "holds no particle: it is smaller than a sub-cell of the grid; refine [grid] spacing or use more particles_per_cell");
+    std::vector<Seed<D>> seeds =
+        b.shape == "box" ? fill_box(Bounds<D>{to_vec<D>(b.lower), to_vec<D>(b.upper)}, cells) : seed_round(b, cells);
+    if (seeds.empty())
+        b.fail(
+            "shape",
+            "holds no particle: it is smaller than a sub-cell of the grid; refine [grid] spacing or use more particles_per_cell");
     return seeds;
 }
 
@@ -100,10 +108,13 @@ void require_inside(const BodyInput& b, const std::vector<Seed<D>>& seeds, const
     const std::string key = b.file.empty() ? "shape" : "file";
     for (int a = 0; a < D; ++a) {
         if (!model.periodic[a]) continue;
-        auto [first, last]   = std::minmax_element(seeds.begin(), seeds.end(), [&](const auto& s, const auto& t) { return s.x[a] < t.x[a]; });
+        auto [first, last] =
+            std::minmax_element(seeds.begin(), seeds.end(), [&](const auto& s, const auto& t) { return s.x[a] < t.x[a]; });
         const double period  = model.cells[a] * model.h[a];
         const double between = last->x[a] - first->x[a];
-        if (between > period * (1 - 1e-9)) b.fail(key, fmt::format("body \"{}\" overlaps itself: it is longer than the period {} of axis {}", b.name, period, "xyz"[a]));
+        if (between > period * (1 - 1e-9))
+            b.fail(key, fmt::format("body \"{}\" overlaps itself: it is longer than the period {} of axis {}", b.name, period,
+                                    "xyz"[a]));
     }
     for (const Seed<D>& s : seeds)
         for (int a = 0; a < D; ++a) {
@@ -114,10 +125,15 @@ void require_inside(const BodyInput& b, const std::vector<Seed<D>>& seeds, const
                 for (int d = 0; d < D; ++d) reach += std::fabs(s.edges(a, d));
             const double low = model.origin[a], high = low + model.cells[a] * model.h[a];
             if (!(s.x[a] - reach >= low - tolerance && s.x[a] + reach <= high + tolerance))
-                b.fail(key, fmt::format("body \"{}\" lies outside the grid: its particle at {} reaches beyond {} to {} of axis {}; move the body or enlarge [grid] size", b.name, to_text(s.x), low, high, "xyz"[a]));
+                b.fail(key, fmt::format("body \"{}\" lies outside the grid: its particle at {} reaches beyond {} to {} of axis "
+                                        "{}; move the body or enlarge [grid] size",
+                                        b.name, to_text(s.x), low, high, "xyz"[a]));
             for (const Boundary<D>& plane : model.boundaries)
                 if (plane.axis == a && (plane.outer_is_above ? s.x[a] > plane.at + tolerance : s.x[a] < plane.at - tolerance))
-                    b.fail(key, fmt::format("body \"{}\" lies beyond the boundary at {} = {}: its particle at {}; move the body or the plane", b.name, "xyz"[a], plane.at, to_text(s.x)));
+                    b.fail(key,
+                           fmt::format(
+                               "body \"{}\" lies beyond the boundary at {} = {}: its particle at {}; move the body or the plane",
+                               b.name, "xyz"[a], plane.at, to_text(s.x)));
         }
 }
 
@@ -132,7 +148,8 @@ void require_apart(const CaseInput& in, const std::vector<Seed<D>>& seeds, const
             for (int d = 0; d < D; ++d) r[a] += std::fabs(s.edges(a, d));
         return r;
     };
-    std::vector<Bounds<D>> bounds(in.bodies.size(), {Vec<D>::filled(std::numeric_limits<double>::infinity()), Vec<D>::filled(-std::numeric_limits<double>::infinity())});
+    std::vector<Bounds<D>> bounds(in.bodies.size(), {Vec<D>::filled(std::numeric_limits<double>::infinity()),
+                                                     Vec<D>::filled(-std::numeric_limits<double>::infinity())});
     for (std::size_t i = 0; i < seeds.size(); ++i) {
         const Vec<D> r = reach_of_domain(seeds[i]);
         for (int a = 0; a < D; ++a) {
@@ -143,7 +160,8 @@ void require_apart(const CaseInput& in, const std::vector<Seed<D>>& seeds, const
     auto is_candidate = [&](std::size_t i) {
         for (std::size_t k = 0; k < bounds.size(); ++k) {
             bool inside = static_cast<int>(k) != body[i];
-            for (int a = 0; a < D; ++a) inside = inside && seeds[i].x[a] > bounds[k].lower[a] && seeds[i].x[a] < bounds[k].upper[a];
+            for (int a = 0; a < D; ++a)
+                inside = inside && seeds[i].x[a] > bounds[k].lower[a] && seeds[i].x[a] < bounds[k].upper[a];
             if (inside) return true;
         }
         return !in.bodies[body[i]].file.empty();
@@ -152,7 +170,8 @@ void require_apart(const CaseInput& in, const std::vector<Seed<D>>& seeds, const
     auto bin_of = [&](const Vec<D>& x) {
         std::uint64_t key = 0;
         for (int a = D - 1; a >= 0; --a)
-            key = key * static_cast<std::uint64_t>(model.cells[a]) + static_cast<std::uint64_t>(std::clamp((x[a] - model.origin[a]) / model.h[a], 0.0, model.cells[a] - 0.5));
+            key = key * static_cast<std::uint64_t>(model.cells[a]) +
+                  static_cast<std::uint64_t>(std::clamp((x[a] - model.origin[a]) / model.h[a], 0.0, model.cells[a] - 0.5));
         return key;
     };
     std::vector<std::pair<std::uint64_t, int>> bins;
@@ -169,7 +188,8 @@ void require_apart(const CaseInput& in, const std::vector<Seed<D>>& seeds, const
             Vec<D> at{};
             for (int a = 0; a < D; ++a) at[a] = s.x[a] - reach[a] + std::min(k[a] * model.h[a], 2 * reach[a]);
             const std::uint64_t bin = bin_of(at);
-            for (auto it = std::lower_bound(bins.begin(), bins.end(), std::pair{bin, 0}); it != bins.end() && it->first == bin; ++it) {
+            for (auto it = std::lower_bound(bins.begin(), bins.end(), std::pair{bin, 0}); it != bins.end() && it->first == bin;
+                 ++it) {
                 const int j = it->second;
                 if (j == i) continue;
                 const Vec<D> local = to_domain * (seeds[j].x - s.x);
@@ -177,7 +197,9 @@ void require_apart(const CaseInput& in, const std::vector<Seed<D>>& seeds, const
                 for (int a = 0; a < D; ++a) inside = inside && std::fabs(local[a]) < 1 - 1e-9;
                 if (!inside) continue;
                 const BodyInput &one = in.bodies[std::max(body[i], body[j])], &other = in.bodies[std::min(body[i], body[j])];
-                one.fail(one.file.empty() ? "shape" : "file", fmt::format("body \"{}\" overlaps {} near {}; move them apart", one.name, &one == &other ? "itself" : "body \"" + other.name + "\"", to_text(seeds[j].x)));
+                one.fail(one.file.empty() ? "shape" : "file",
+                         fmt::format("body \"{}\" overlaps {} near {}; move them apart", one.name,
+                                     &one == &other ? "itself" : "body \"" + other.name + "\"", to_text(seeds[j].x)));
             }
         });
     }
@@ -188,7 +210,9 @@ void require_finite(const Vec<D>& value, const std::vector<Expression>& from, co
 {
     for (int a = 0; a < D; ++a)
         if (!std::isfinite(value[a]))
-            fail(from[a].place, from[a].key, fmt::format("is {} at {}, t = 0; the expression must give a number everywhere", std::fabs(value[a]), to_text(at)));
+            fail(from[a].place, from[a].key,
+                 fmt::format("is {} at {}, t = 0; the expression must give a number everywhere", std::fabs(value[a]),
+                             to_text(at)));
 }
 
 /// Prescribed velocities must be numbers on the nodes of their plane.
@@ -199,7 +223,8 @@ void require_finite_boundaries(const CaseInput& in, const Model<D>& model)
         if (b.type != "velocity") continue;
         for (const std::string& face : b.face) {
             const int axis = face[0] - 'x';
-            const double at = b.at_coordinate.value_or(model.origin[axis] + (face.ends_with("max") ? model.cells[axis] * model.h[axis] : 0.0));
+            const double at =
+                b.at_coordinate.value_or(model.origin[axis] + (face.ends_with("max") ? model.cells[axis] * model.h[axis] : 0.0));
             Vec<D, int> n{};
             for (int a = 0; a < D; ++a) n[a] = a == axis ? 1 : model.cells[a] + 1;
             ordo::detail::for_each_cell<D>(n, [&](const Vec<D, int>& k) {
@@ -207,7 +232,8 @@ void require_finite_boundaries(const CaseInput& in, const Model<D>& model)
                 for (int a = 0; a < D; ++a) x[a] = a == axis ? at : model.origin[a] + k[a] * model.h[a];
                 for (const Boundary<D>& condition : model.boundaries)
                     for (int a = 0; a < D; ++a)
-                        if (condition.axis == axis && condition.at == at && condition.value[a]) value[a] = (*condition.value[a])({padded(x), padded(x), 0.0});
+                        if (condition.axis == axis && condition.at == at && condition.value[a])
+                            value[a] = (*condition.value[a])({padded(x), padded(x), 0.0});
                 require_finite(value, b.value, x);
             });
         }
@@ -219,9 +245,12 @@ void require_stable(const CaseInput& in, const Model<D>& model, const Particles<
 {
     const double limit = courant_time_step(model, particles);
     if (in.time.dt && *in.time.dt > limit)
-        in.time.fail("dt", fmt::format("{} s is above the limit {:.4g} s = h/(c + |v|) of the P-wave speed and the particle speed; use a smaller step, or cfl = 0.4", *in.time.dt, limit));
+        in.time.fail("dt", fmt::format("{} s is above the limit {:.4g} s = h/(c + |v|) of the P-wave speed and the particle "
+                                       "speed; use a smaller step, or cfl = 0.4",
+                                       *in.time.dt, limit));
     const double steps = in.time.end / (in.time.dt ? *in.time.dt : *in.time.cfl * limit);
-    if (steps > 1e12) in.time.fail("end", fmt::format("takes about {:.1g} steps of the time step; use a larger step or a shorter time", steps));
+    if (steps > 1e12)
+        in.time.fail("end", fmt::format("takes about {:.1g} steps of the time step; use a larger step or a shorter time", steps));
 }
 
 }  // namespace
@@ -259,7 +288,8 @@ Built<D> build(const CaseInput& in)
     std::vector<int> material;
     for (const BodyInput& b : in.bodies) {
         velocity.push_back(make_vector_field<D>(b.velocity));
-        const auto found = std::find_if(in.materials.begin(), in.materials.end(), [&](const auto& m) { return m.name == b.material; });
+        const auto found =
+            std::find_if(in.materials.begin(), in.materials.end(), [&](const auto& m) { return m.name == b.material; });
         material.push_back(static_cast<int>(found - in.materials.begin()));
     }
     for (int i = 0; i < p.count; ++i) {

@@ -21,7 +21,8 @@ namespace {
 AtomicFile::AtomicFile(std::filesystem::path path, Start start) : path_(std::move(path)), part_(path_.string() + ".part")
 {
     std::error_code failure;
-    if (start == Start::copy) std::filesystem::copy_file(path_, part_, std::filesystem::copy_options::overwrite_existing, failure);
+    if (start == Start::copy)
+        std::filesystem::copy_file(path_, part_, std::filesystem::copy_options::overwrite_existing, failure);
     if (failure) throw OutputError(fmt::format("{}: cannot be copied: {}", path_.string(), failure.message()));
     file_.reset(std::fopen(part_.c_str(), start == Start::copy ? "ab" : "wb"));
     if (!file_) fail(part_, "cannot be created");

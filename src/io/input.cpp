@@ -33,6 +33,7 @@ void for_each_method_axis(F&& f)
 template <class E>
 E choice_type(E MethodSpec::*);
 
+// clang-format off
 // ---- the schema ------------------------------------------------------------------------------------------------------
 
 const Section<CaseInput>& case_section()
@@ -169,6 +170,7 @@ const Section<ProbeInput>& probe_section()
     return s;
 }
 
+// clang-format on
 // ---- reading ---------------------------------------------------------------------------------------------------------
 
 toml::table parse_file(const std::filesystem::path& file)
@@ -177,7 +179,8 @@ toml::table parse_file(const std::filesystem::path& file)
     if (std::filesystem::is_directory(file, none))
         throw InputError(file.string() + ": is a directory; give the case file, such as " + (file / "case.toml").string());
     std::ifstream in(file, std::ios::binary);
-    if (!in) throw InputError(file.string() + ": cannot be opened; give the path of a case file, such as cases/two-disks/case.toml");
+    if (!in)
+        throw InputError(file.string() + ": cannot be opened; give the path of a case file, such as cases/two-disks/case.toml");
     std::stringstream text;
     text << in.rdbuf();
     try {
@@ -206,7 +209,11 @@ void apply_override(toml::table& root, const std::string& text)
     const std::string key = text.substr(0, equals);
     // toml::node copies lose their source: values set here are recognised as the command line's.
     const toml::table parsed = parse_value(text.substr(equals + 1));
-    toml::node* node         = &root;
+    // The two exclude each other; a sweep over one must not have to remove the other from the file.
+    if (key == "time.cfl" || key == "time.dt")
+        if (toml::node* time = root.get("time"); time && time->is_table())
+            time->as_table()->erase(key == "time.cfl" ? "dt" : "cfl");
+    toml::node* node = &root;
     std::stringstream parts(key);
     std::vector<std::string> path;
     for (std::string part; std::getline(parts, part, '.');) path.push_back(part);
@@ -220,7 +227,8 @@ void apply_override(toml::table& root, const std::string& text)
             if (!table->contains(path[k])) table->insert(path[k], toml::table{});
             node = table->get(path[k]);
         } else if (toml::array* list = node->as_array()) {
-            const bool digits       = !path[k].empty() && path[k].size() < 9 && path[k].find_first_not_of("0123456789") == std::string::npos;
+            const bool digits =
+                !path[k].empty() && path[k].size() < 9 && path[k].find_first_not_of("0123456789") == std::string::npos;
             const std::size_t index = digits ? std::stoul(path[k]) : list->size();
             if (index >= list->size())
                 throw InputError(fmt::format("--set {}: \"{}\" must be a number from 0 to {}", text, path[k], list->size() - 1));
@@ -265,7 +273,9 @@ void read_single(const toml::table& root, const Section<T>& section, int dim, T&
     out.path  = section.name;
     out.place = file;
     for (const auto& k : section.keys)
-        if (k.info.required) fail(file, section.name, fmt::format("is missing; the case needs a table [{}] with the key {}", section.name, k.info.name));
+        if (k.info.required)
+            fail(file, section.name,
+                 fmt::format("is missing; the case needs a table [{}] with the key {}", section.name, k.info.name));
 }
 
 /// The number of axes, which the length of other keys depends on.
@@ -303,8 +313,9 @@ Material resolve_material(const MaterialInput& in, int dim)
         if (i.name == in.model) m.model = i.model;
     m.density = in.density;
 
-    const std::pair<const char*, bool> given[] = {{"young", in.young.has_value()}, {"poisson", in.poisson.has_value()}, {"lambda", in.lambda.has_value()},
-                                                  {"mu", in.mu.has_value()}, {"bulk", in.bulk.has_value()}, {"shear", in.shear.has_value()}};
+    const std::pair<const char*, bool> given[] = {{"young", in.young.has_value()},   {"poisson", in.poisson.has_value()},
+                                                  {"lambda", in.lambda.has_value()}, {"mu", in.mu.has_value()},
+                                                  {"bulk", in.bulk.has_value()},     {"shear", in.shear.has_value()}};
     std::string names;
     int count = 0;
     for (const auto& [name, is] : given)
@@ -327,9 +338,12 @@ Material resolve_material(const MaterialInput& in, int dim)
         m.lambda = *in.bulk - 2.0 / 3.0 * *in.shear;
         m.mu     = *in.shear;
     } else {
-        in.fail("model", "needs exactly one pair of elastic constants: young and poisson, lambda and mu, or bulk and shear (got " + names + ")");
+        in.fail("model",
+                "needs exactly one pair of elastic constants: young and poisson, lambda and mu, or bulk and shear (got " + names +
+                    ")");
     }
-    if (!(3 * m.lambda + 2 * m.mu > 0)) in.fail("lambda", "makes the bulk modulus lambda + 2 mu/3 zero or negative; the material would collapse");
+    if (!(3 * m.lambda + 2 * m.mu > 0))
+        in.fail("lambda", "makes the bulk modulus lambda + 2 mu/3 zero or negative; the material would collapse");
     return m;
 }
 
@@ -342,7 +356,8 @@ void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
     if (std::find(materials.begin(), materials.end(), in.material) == materials.end())
         in.fail("material", "there is no [[material]] called \"" + in.material + "\". " + suggestion(in.material, materials));
 
-    const ShapeInfo& shape = *std::find_if(shapes().begin(), shapes().end(), [&](const ShapeInfo& s) { return s.name == in.shape; });
+    const ShapeInfo& shape =
+        *std::find_if(shapes().begin(), shapes().end(), [&](const ShapeInfo& s) { return s.name == in.shape; });
     if (dim < shape.min_dim || dim > shape.max_dim) {
         std::string there;
         for (const ShapeInfo& s : shapes())
@@ -350,7 +365,8 @@ void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
         in.fail("shape", fmt::format("\"{}\" does not exist in {}D; there is {}", in.shape, dim, there));
     }
     for (const std::string& key : shape.required)
-        if (!in.has(key)) in.fail(key, fmt::format("is missing; the shape \"{}\" needs {}", in.shape, fmt::join(shape.required, ", ")));
+        if (!in.has(key))
+            in.fail(key, fmt::format("is missing; the shape \"{}\" needs {}", in.shape, fmt::join(shape.required, ", ")));
     std::vector<std::string> allowed = {"name", "material", "shape", "velocity", "body_force"};
     allowed.insert(allowed.end(), shape.required.begin(), shape.required.end());
     allowed.insert(allowed.end(), shape.optional.begin(), shape.optional.end());
@@ -360,8 +376,11 @@ void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
 
     if (in.shape == "box")
         for (int a = 0; a < dim; ++a)
-            if (!(in.lower[a] < in.upper[a])) in.fail("upper", fmt::format("must be larger than lower on every axis (axis {}: {} and {})", a, in.lower[a], in.upper[a]));
-    if (in.inner_radius && *in.inner_radius >= *in.radius) in.fail("inner_radius", fmt::format("must be smaller than radius {} (got {})", *in.radius, *in.inner_radius));
+            if (!(in.lower[a] < in.upper[a]))
+                in.fail("upper",
+                        fmt::format("must be larger than lower on every axis (axis {}: {} and {})", a, in.lower[a], in.upper[a]));
+    if (in.inner_radius && *in.inner_radius >= *in.radius)
+        in.fail("inner_radius", fmt::format("must be smaller than radius {} (got {})", *in.radius, *in.inner_radius));
     if (in.has("angle") && in.angle.size() != 2) in.fail("angle", "must be two angles in degrees, [first, last]");
     if (in.has("angle") && !(in.angle[0] < in.angle[1] && in.angle[1] - in.angle[0] <= 360))
         in.fail("angle", fmt::format("must grow by at most 360 degrees (got {} to {})", in.angle[0], in.angle[1]));
@@ -377,7 +396,9 @@ void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
             const int per_axis = static_cast<int>(std::lround(std::pow(n[0], 1.0 / dim)));
             const int whole    = static_cast<int>(std::lround(std::pow(per_axis, dim)));
             if (whole != n[0])
-                in.fail("particles_per_cell", fmt::format("counts the whole cell and must be a power {} of a whole number (got {}, nearest {}); or give one number per axis", dim, n[0], whole));
+                in.fail("particles_per_cell", fmt::format("counts the whole cell and must be a power {} of a whole number (got "
+                                                          "{}, nearest {}); or give one number per axis",
+                                                          dim, n[0], whole));
             n.assign(static_cast<std::size_t>(dim), per_axis);
         }
     }
@@ -403,7 +424,8 @@ void validate_boundary(BoundaryInput& in, int dim, const GridInput& grid)
     }
     if (in.face.empty()) in.fail("face", "must name at least one face");
     if (in.type == "velocity" && in.value.empty()) in.fail("value", "is missing; type \"velocity\" needs the velocity per axis");
-    if (in.type != "velocity" && !in.value.empty()) in.fail("value", fmt::format("has no meaning for the type \"{}\"; remove it", in.type));
+    if (in.type != "velocity" && !in.value.empty())
+        in.fail("value", fmt::format("has no meaning for the type \"{}\"; remove it", in.type));
     if (in.type == "periodic" && in.at_coordinate) in.fail("at", "has no meaning for a periodic axis; remove it");
     for (const Expression& e : in.value)
         if (e.value != decltype(e.value){"free"}) make_field(e);
@@ -414,7 +436,8 @@ void require_unique_names(const std::vector<T>& items, const char* what)
 {
     std::set<std::string> seen;
     for (const T& item : items)
-        if (!seen.insert(item.name).second) item.fail("name", fmt::format("there is another {} called \"{}\"; names must differ", what, item.name));
+        if (!seen.insert(item.name).second)
+            item.fail("name", fmt::format("there is another {} called \"{}\"; names must differ", what, item.name));
 }
 
 void validate(CaseInput& c, const std::filesystem::path& file)
@@ -428,7 +451,9 @@ void validate(CaseInput& c, const std::filesystem::path& file)
         const double n = c.grid.size[a] / c.grid.spacing[a];
         cells *= n;
         if (std::fabs(n - std::round(n)) > 1e-6 * std::max(1.0, n) || std::round(n) < 1)
-            c.grid.fail("spacing", fmt::format("must divide the size {} of axis {} into whole cells (got {}); {} would", c.grid.size[a], a, c.grid.spacing[a], c.grid.size[a] / std::max(1.0, std::round(n))));
+            c.grid.fail("spacing",
+                        fmt::format("must divide the size {} of axis {} into whole cells (got {}); {} would", c.grid.size[a], a,
+                                    c.grid.spacing[a], c.grid.size[a] / std::max(1.0, std::round(n))));
         if (n > 1e6) c.grid.fail("spacing", fmt::format("gives {:.3g} cells along axis {}; at most 1e6 are allowed", n, a));
     }
     if (cells > 1e11) c.grid.fail("spacing", fmt::format("gives {:.3g} cells; at most 1e11 are allowed", cells));
@@ -447,7 +472,8 @@ void validate(CaseInput& c, const std::filesystem::path& file)
         validate_body(b, static_cast<int>(k), dim, c);
         if (!b.file.empty()) {
             const std::filesystem::path given(b.file);
-            b.file = (given.is_absolute() ? given : std::filesystem::absolute(file).parent_path() / given).lexically_normal().string();
+            b.file =
+                (given.is_absolute() ? given : std::filesystem::absolute(file).parent_path() / given).lexically_normal().string();
         }
     }
     for (BoundaryInput& b : c.boundaries) validate_boundary(b, dim, c.grid);
@@ -459,10 +485,12 @@ void validate(CaseInput& c, const std::filesystem::path& file)
         c.output.directory                   = "results/" + (stem == "case" ? absolute.parent_path().filename().string() : stem);
     }
     for (const std::string& f : c.output.fields)
-        if (std::count(c.output.fields.begin(), c.output.fields.end(), f) > 1) c.output.fail("fields", "names \"" + f + "\" twice");
+        if (std::count(c.output.fields.begin(), c.output.fields.end(), f) > 1)
+            c.output.fail("fields", "names \"" + f + "\" twice");
     for (const ProbeInput& p : c.probes) {
         if (p.particle.empty() == p.point.empty()) p.fail("point", "give either particle or point");
-        if (p.name.empty() || p.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") != std::string::npos)
+        if (p.name.empty() ||
+            p.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") != std::string::npos)
             p.fail("name", "must be made of letters, digits, - and _, for it is part of a file's name");
         const std::string key         = p.point.empty() ? "particle" : "point";
         const std::vector<double>& at = p.point.empty() ? p.particle : p.point;
@@ -474,6 +502,7 @@ void validate(CaseInput& c, const std::filesystem::path& file)
 
 }  // namespace
 
+// clang-format off
 const std::vector<ShapeInfo>& shapes()
 {
     static const std::vector<ShapeInfo> rows = {
@@ -514,6 +543,7 @@ const std::vector<std::pair<std::string, std::string>>& output_fields()
     return rows;
 }
 
+// clang-format on
 CaseInput read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides)
 {
     toml::table root = parse_file(file);
@@ -538,7 +568,8 @@ CaseInput read_case(const std::filesystem::path& file, const std::vector<std::st
 
 std::string echo_case(const CaseInput& c)
 {
-    std::string text = echo(case_section(), c) + echo(grid_section(), c.grid) + echo(method_section(), c.method) + echo(time_section(), c.time);
+    std::string text =
+        echo(case_section(), c) + echo(grid_section(), c.grid) + echo(method_section(), c.method) + echo(time_section(), c.time);
     for (const auto& m : c.materials) text += echo(material_section(), m);
     for (const auto& b : c.bodies) text += echo(body_section(), b);
     for (const auto& b : c.boundaries) text += echo(boundary_section(), b);
@@ -549,11 +580,12 @@ std::string echo_case(const CaseInput& c)
 
 std::string reference_page()
 {
-    return "# Input reference\n\nWritten by `ordo list input` from the schema in `src/io/input.cpp`. SI units. A number or an expression of x, y, z, t\n"
+    return "# Input reference\n\nWritten by `ordo list input` from the schema in `src/io/input.cpp`. SI units. A number or an "
+           "expression of x, y, z, t\n"
            "(muParser) may stand wherever the type says so; unknown keys are errors.\n\n" +
            reference(case_section()) + reference(grid_section()) + reference(method_section()) + reference(time_section()) +
-           reference(material_section()) + reference(body_section()) + reference(boundary_section()) + reference(output_section()) +
-           reference(probe_section());
+           reference(material_section()) + reference(body_section()) + reference(boundary_section()) +
+           reference(output_section()) + reference(probe_section());
 }
 
 }  // namespace ordo::io

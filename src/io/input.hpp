@@ -78,8 +78,8 @@ struct CaseInput : Located {
     OutputInput output;
     std::vector<ProbeInput> probes;
 
-    MethodSpec spec;                          ///< resolved from method
-    std::vector<Material> resolved_materials; ///< resolved from materials
+    MethodSpec spec;                           ///< resolved from method
+    std::vector<Material> resolved_materials;  ///< resolved from materials
 };
 
 /// A shape of the input: what it is, which keys describe it, in which dimensions it exists.

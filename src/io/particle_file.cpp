@@ -63,17 +63,22 @@ std::vector<Seed<D>> read_particles(const BodyInput& body)
         if (header.empty()) {
             for (const Cell& c : cells) {
                 if (std::find(known.begin(), known.end(), c.text) == known.end())
-                    fail({body.file, number, c.column}, "header", "there is no column \"" + c.text + "\". " + suggestion(c.text, known));
+                    fail({body.file, number, c.column}, "header",
+                         "there is no column \"" + c.text + "\". " + suggestion(c.text, known));
                 if (std::find(header.begin(), header.end(), c.text) != header.end())
                     fail({body.file, number, c.column}, "header", "the column \"" + c.text + "\" stands twice");
                 header.push_back(c.text);
             }
             for (const std::string& r : required)
                 if (std::find(header.begin(), header.end(), r) == header.end())
-                    fail({body.file, number, 1}, "header", fmt::format("the column \"{}\" is missing; there must be {}", r, fmt::join(required, ", ")));
-            const auto given = std::count_if(edges.begin(), edges.end(), [&](const auto& e) { return std::find(header.begin(), header.end(), e) != header.end(); });
+                    fail({body.file, number, 1}, "header",
+                         fmt::format("the column \"{}\" is missing; there must be {}", r, fmt::join(required, ", ")));
+            const auto given = std::count_if(edges.begin(), edges.end(), [&](const auto& e) {
+                return std::find(header.begin(), header.end(), e) != header.end();
+            });
             if (given != 0 && given != static_cast<std::ptrdiff_t>(edges.size()))
-                fail({body.file, number, 1}, "header", fmt::format("half-edge vectors need all of {}, or none", fmt::join(edges, ", ")));
+                fail({body.file, number, 1}, "header",
+                     fmt::format("half-edge vectors need all of {}, or none", fmt::join(edges, ", ")));
             continue;
         }
         if (cells.size() != header.size())
@@ -89,11 +94,12 @@ std::vector<Seed<D>> read_particles(const BodyInput& body)
                 fail({body.file, number, cells[k].column}, header[k], "must be a finite number (got \"" + cells[k].text + "\")");
             if (header[k] == "volume") {
                 seed.volume = value;
-                if (!(value > 0)) fail({body.file, number, cells[k].column}, "volume", fmt::format("must be positive (got {})", value));
+                if (!(value > 0))
+                    fail({body.file, number, cells[k].column}, "volume", fmt::format("must be positive (got {})", value));
             } else if (header[k].size() == 1) {
                 seed.x[header[k][0] - 'x'] = value;
             } else {
-                has_edges                                       = true;
+                has_edges                                          = true;
                 seed.edges(header[k][2] - 'x', header[k][1] - '1') = value;
             }
         }
@@ -103,7 +109,9 @@ std::vector<Seed<D>> read_particles(const BodyInput& body)
             for (int a = 0; a < D; ++a) seed.edges(a, a) = std::pow(seed.volume, 1.0 / D) / 2;
         seeds.push_back(seed);
     }
-    if (seeds.empty()) body.fail("file", "\"" + body.file + "\" holds no particle; it needs a header line such as " + fmt::format("{}", fmt::join(required, ",")) + " and a line a particle");
+    if (seeds.empty())
+        body.fail("file", "\"" + body.file + "\" holds no particle; it needs a header line such as " +
+                              fmt::format("{}", fmt::join(required, ",")) + " and a line a particle");
     return seeds;
 }
 

@@ -31,8 +31,8 @@ void Progress::show(long step, double t, double dt)
     last_              = now;
     const double spent = std::chrono::duration<double>(now - begin_).count();
     const double left  = t > 0 ? spent * (end_ - t) / t : 0;
-    fmt::print(stderr, "{}step {}  t = {:.4g} of {:.4g} s  dt = {:.3g} s  {:3.0f} %  {} left{}", terminal_ ? "\r\033[K" : "", step, t,
-               end_, dt, 100 * t / end_, duration(left), terminal_ ? "" : "\n");
+    fmt::print(stderr, "{}step {}  t = {:.4g} of {:.4g} s  dt = {:.3g} s  {:3.0f} %  {} left{}", terminal_ ? "\r\033[K" : "",
+               step, t, end_, dt, 100 * t / end_, duration(left), terminal_ ? "" : "\n");
     std::fflush(stderr);
 }
 

@@ -85,7 +85,8 @@ void ValueReader::check_range(double value) const
     if (std::isfinite(info.min) && info.min == 0 && !std::isfinite(info.max))
         range = info.open_min ? "positive" : "zero or positive";
     else if (std::isfinite(info.min) && std::isfinite(info.max))
-        range = fmt::format("{} {} and {} {}", info.open_min ? "above" : "at least", info.min, info.open_max ? "below" : "at most", info.max);
+        range = fmt::format("{} {} and {} {}", info.open_min ? "above" : "at least", info.min,
+                            info.open_max ? "below" : "at most", info.max);
     else if (std::isfinite(info.min))
         range = fmt::format("{} {}", info.open_min ? "above" : "at least", info.min);
     else
@@ -123,7 +124,9 @@ void ValueReader::read(const toml::node& node, std::string& out) const
         std::string all;
         for (const std::string& c : info.choices) all += (all.empty() ? "" : ", ") + c;
         const std::string near = nearest(out, info.choices);
-        fail(place, path, fmt::format("must be one of {} (got {}){}", all, to_toml(out), near.empty() ? "" : ". Did you mean \"" + near + "\"?"));
+        fail(place, path,
+             fmt::format("must be one of {} (got {}){}", all, to_toml(out),
+                         near.empty() ? "" : ". Did you mean \"" + near + "\"?"));
     }
 }
 
@@ -172,6 +175,12 @@ std::string to_toml(const Expression& value)
     return std::visit([](const auto& v) { return to_toml(v); }, value.value);
 }
 
+std::string markdown_cell(std::string text)
+{
+    for (std::size_t k = text.find('|'); k != std::string::npos; k = text.find('|', k + 2)) text.insert(k, "\\");
+    return text;
+}
+
 std::string describe_type(std::string_view type, const KeyInfo& info)
 {
     std::string text(type);
@@ -182,7 +191,7 @@ std::string describe_type(std::string_view type, const KeyInfo& info)
     }
     const bool low = std::isfinite(info.min), high = std::isfinite(info.max);
     if (low && high)
-        text += fmt::format(", {} {} {} {}", info.open_min ? ">" : ">=", info.min, info.open_max ? "<" : "<=", info.max);
+        text += fmt::format(", {} {} and {} {}", info.open_min ? ">" : ">=", info.min, info.open_max ? "<" : "<=", info.max);
     else if (low)
         text += fmt::format(", {} {}", info.open_min ? ">" : ">=", info.min);
     else if (high)

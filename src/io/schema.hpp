@@ -67,15 +67,15 @@ struct Located {
 /// What the schema says of a key.
 struct KeyInfo {
     std::string name;
-    std::string what;                   ///< one sentence
-    std::string unit         = {};      ///< SI, empty for none
-    std::string default_text = {};      ///< shown in the reference where the default is derived
-    bool required            = false;
-    bool per_axis            = false;   ///< as many values as the grid has dimensions; a single number is repeated
-    double min               = -std::numeric_limits<double>::infinity();
-    double max               = std::numeric_limits<double>::infinity();
-    bool open_min            = false;   ///< min itself is excluded
-    bool open_max            = false;
+    std::string what;                       ///< one sentence
+    std::string unit                 = {};  ///< SI, empty for none
+    std::string default_text         = {};  ///< shown in the reference where the default is derived
+    bool required                    = false;
+    bool per_axis                    = false;  ///< as many values as the grid has dimensions; a single number is repeated
+    double min                       = -std::numeric_limits<double>::infinity();
+    double max                       = std::numeric_limits<double>::infinity();
+    bool open_min                    = false;  ///< min itself is excluded
+    bool open_max                    = false;
     std::vector<std::string> choices = {};
 };
 
@@ -166,11 +166,13 @@ void read_table(const Section<Owner>& section, const toml::table& table, const s
 {
     owner.path  = path;
     owner.place = place_of(table);
-    for (const auto& [key, node] : table) {
+    for (const auto& [key, value] : table) {
+        const toml::node& node = value;  // clang 14 does not let lambdas capture structured bindings
         const std::string name(key.str());
         const std::string full = path.empty() ? name : path + "." + name;
         if (std::find(others.begin(), others.end(), name) != others.end()) continue;
-        const auto found = std::find_if(section.keys.begin(), section.keys.end(), [&](const auto& k) { return k.info.name == name; });
+        const auto found =
+            std::find_if(section.keys.begin(), section.keys.end(), [&](const auto& k) { return k.info.name == name; });
         if (found == section.keys.end()) {
             std::vector<std::string> names = key_names(section);
             names.insert(names.end(), others.begin(), others.end());
@@ -221,6 +223,9 @@ std::string echo(const Section<Owner>& section, const Owner& owner)
     return text;
 }
 
+/// The text with what would break a cell of a Markdown table escaped.
+std::string markdown_cell(std::string text);
+
 /// The type of a key in words, with its range or choices.
 std::string describe_type(std::string_view type, const KeyInfo& info);
 
@@ -240,15 +245,16 @@ std::string reference(const Section<Owner>& section)
         std::string operator()(std::vector<std::string> Owner::*) const { return "strings"; }
         std::string operator()(std::vector<Expression> Owner::*) const { return "numbers or expressions"; }
     };
-    std::string text = fmt::format("## {}\n\n{}\n\n| key | type | default | unit | meaning |\n|---|---|---|---|---|\n",
+    std::string text     = fmt::format("## {}\n\n{}\n\n| key | type | default | unit | meaning |\n|---|---|---|---|---|\n",
                                    section.name.empty() ? "Top level" : "`" + section.header() + "`", section.what);
     const Owner defaults = Owner();
     for (const auto& k : section.keys) {
         std::string value = k.info.default_text;
         if (value.empty()) value = std::visit([&](auto member) { return to_toml(defaults.*member); }, k.member);
         if (k.info.required) value = "required";
-        text += fmt::format("| `{}` | {} | {} | {} | {} |\n", k.info.name, describe_type(std::visit(TypeName{}, k.member), k.info),
-                            value == "\"\"" ? "" : value, k.info.unit, k.info.what);
+        text +=
+            fmt::format("| `{}` | {} | {} | {} | {} |\n", k.info.name, describe_type(std::visit(TypeName{}, k.member), k.info),
+                        value == "\"\"" ? "" : value, k.info.unit, markdown_cell(k.info.what));
     }
     return text + "\n";
 }

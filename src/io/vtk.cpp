@@ -23,8 +23,13 @@ class Appended {
     template <class T>
     std::string add(std::string_view name, std::vector<T> values, int components)
     {
-        const std::string type = std::is_same_v<T, double> ? "Float64" : sizeof(T) == 1 ? "UInt8" : sizeof(T) == 4 ? "Int32" : "Int64";
-        const std::string tag  = fmt::format(R"(<DataArray type="{}" Name="{}" NumberOfComponents="{}" format="appended" offset="{}"/>)", type, name, components, size_);
+        const std::string type = std::is_same_v<T, double> ? "Float64"
+                                 : sizeof(T) == 1          ? "UInt8"
+                                 : sizeof(T) == 4          ? "Int32"
+                                                           : "Int64";
+        const std::string tag =
+            fmt::format(R"(<DataArray type="{}" Name="{}" NumberOfComponents="{}" format="appended" offset="{}"/>)", type, name,
+                        components, size_);
         size_ += sizeof(std::uint64_t) + values.size() * sizeof(T);
         writers_.push_back([v = std::move(values)](AtomicFile& file) {
             const std::uint64_t bytes = v.size() * sizeof(T);
@@ -54,7 +59,8 @@ template <class F>
 std::vector<double> tabulate(const std::vector<int>& order, int components, F&& f)
 {
     std::vector<double> values(order.size() * static_cast<std::size_t>(components));
-    parallel_for_each(static_cast<std::ptrdiff_t>(order.size()), [&](std::ptrdiff_t k) { f(order[k], values.data() + k * components); });
+    parallel_for_each(static_cast<std::ptrdiff_t>(order.size()),
+                      [&](std::ptrdiff_t k) { f(order[k], values.data() + k * components); });
     return values;
 }
 
@@ -71,20 +77,27 @@ Mat<3> full_stress(const Model<D>& model, const Particles<D>& p, int i)
 }
 
 template <int D>
-std::string field_array(Appended& data, const std::string& name, const std::vector<int>& order, const Model<D>& model, const Particles<D>& p)
+std::string field_array(Appended& data, const std::string& name, const std::vector<int>& order, const Model<D>& model,
+                        const Particles<D>& p)
 {
     auto scalar = [&](auto&& f) { return data.add(name, tabulate(order, 1, [&](int i, double* out) { *out = f(i); }), 1); };
     auto vector = [&](auto&& f) {
-        return data.add(name, tabulate(order, 3, [&](int i, double* out) {
-                            const Vec<3> v = padded(f(i));
-                            for (int a = 0; a < 3; ++a) out[a] = v[a];
-                        }), 3);
+        return data.add(name,
+                        tabulate(order, 3,
+                                 [&](int i, double* out) {
+                                     const Vec<3> v = padded(f(i));
+                                     for (int a = 0; a < 3; ++a) out[a] = v[a];
+                                 }),
+                        3);
     };
     auto tensor = [&](auto&& f) {
-        return data.add(name, tabulate(order, 9, [&](int i, double* out) {
-                            const Mat<3> m = f(i);
-                            for (int k = 0; k < 9; ++k) out[k] = m(k / 3, k % 3);
-                        }), 9);
+        return data.add(name,
+                        tabulate(order, 9,
+                                 [&](int i, double* out) {
+                                     const Mat<3> m = f(i);
+                                     for (int k = 0; k < 9; ++k) out[k] = m(k / 3, k % 3);
+                                 }),
+                        9);
     };
     if (name == "displacement") return vector([&](int i) { return displacement(model, p, i); });
     if (name == "position") return vector([&](int i) { return place_in_period(model, p, i); });
@@ -103,13 +116,14 @@ std::string field_array(Appended& data, const std::string& name, const std::vect
     if (name == "pressure") return scalar([&](int i) { return -trace(full_stress(model, p, i)) / 3; });
     if (name == "von_mises")
         return scalar([&](int i) {
-            Mat<3> s             = full_stress(model, p, i);
-            const double mean    = trace(s) / 3;
+            Mat<3> s          = full_stress(model, p, i);
+            const double mean = trace(s) / 3;
             for (int a = 0; a < 3; ++a) s(a, a) -= mean;
             return std::sqrt(1.5 * ddot(s, s));
         });
     if (name == "energy_density")
-        return scalar([&](int i) { return strain_energy(model.materials[p.material[i]], p.F[i], p.sigma[i], p.V0[i], p.V[i]) / p.V[i]; });
+        return scalar(
+            [&](int i) { return strain_energy(model.materials[p.material[i]], p.F[i], p.sigma[i], p.V0[i], p.V[i]) / p.V[i]; });
     throw std::logic_error("field_array: no field " + name);
 }
 
@@ -136,7 +150,8 @@ void corners_of(const Model<D>& model, const Particles<D>& p, int i, std::vector
 }  // namespace
 
 template <int D>
-void write_particles(const std::filesystem::path& file, const Model<D>& model, State<D>& s, const std::vector<std::string>& fields)
+void write_particles(const std::filesystem::path& file, const Model<D>& model, State<D>& s,
+                     const std::vector<std::string>& fields)
 {
     const Particles<D>& p = s.particles;
     std::vector<int> order(static_cast<std::size_t>(p.count));
@@ -173,15 +188,20 @@ void write_particles(const std::filesystem::path& file, const Model<D>& model, S
     if (has_domain) arrays += field_array(data, "position", order, model, p);
     for (const std::string& name : fields) arrays += field_array(data, name, order, model, p);
     const std::string point_array = data.add("Points", std::move(points), 3);
-    const std::string cell_arrays = data.add("connectivity", std::move(connectivity), 1) + data.add("offsets", std::move(offsets), 1) +
-                                    data.add("types", std::vector<std::uint8_t>(order.size(), static_cast<std::uint8_t>(vtk_type)), 1);
+    const std::string cell_arrays =
+        data.add("connectivity", std::move(connectivity), 1) + data.add("offsets", std::move(offsets), 1) +
+        data.add("types", std::vector<std::uint8_t>(order.size(), static_cast<std::uint8_t>(vtk_type)), 1);
     const std::string_view kind = has_domain ? "CellData" : "PointData";
 
     AtomicFile out(file);
     out.write(fmt::format(fmt::runtime(kHead), "UnstructuredGrid"));
-    out.write(fmt::format("<UnstructuredGrid>\n<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">{}</DataArray>\n</FieldData>\n", s.t));
-    out.write(fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n", order.size() * static_cast<std::size_t>(per_cell), order.size()));
-    out.write(fmt::format("<{0}>\n{1}</{0}>\n<Points>\n{2}</Points>\n<Cells>\n{3}</Cells>\n</Piece>\n</UnstructuredGrid>\n", kind, arrays, point_array, cell_arrays));
+    out.write(fmt::format("<UnstructuredGrid>\n<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" "
+                          "format=\"ascii\">{}</DataArray>\n</FieldData>\n",
+                          s.t));
+    out.write(fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
+                          order.size() * static_cast<std::size_t>(per_cell), order.size()));
+    out.write(fmt::format("<{0}>\n{1}</{0}>\n<Points>\n{2}</Points>\n<Cells>\n{3}</Cells>\n</Piece>\n</UnstructuredGrid>\n", kind,
+                          arrays, point_array, cell_arrays));
     data.write(out);
     out.commit();
 }
@@ -216,7 +236,8 @@ void write_grid(const std::filesystem::path& file, const State<D>& s)
     const std::string extent = fmt::format("0 {} 0 {} 0 {}", n[0] - 1, n[1] - 1, n[2] - 1);
     AtomicFile out(file);
     out.write(fmt::format(fmt::runtime(kHead), "ImageData"));
-    out.write(fmt::format("<ImageData WholeExtent=\"{}\" Origin=\"{} {} {}\" Spacing=\"{} {} {}\">\n", extent, origin[0], origin[1], origin[2], spacing[0], spacing[1], spacing[2]));
+    out.write(fmt::format("<ImageData WholeExtent=\"{}\" Origin=\"{} {} {}\" Spacing=\"{} {} {}\">\n", extent, origin[0],
+                          origin[1], origin[2], spacing[0], spacing[1], spacing[2]));
     out.write(fmt::format("<Piece Extent=\"{}\">\n<PointData>\n{}</PointData>\n</Piece>\n</ImageData>\n", extent, arrays));
     data.write(out);
     out.commit();

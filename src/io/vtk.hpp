@@ -12,7 +12,8 @@ namespace ordo::io {
 /// Writes the particles in the order of their ids. Domains are drawn as cells with cell data (lines, quads, hexahedra);
 /// points as vertices with point data. `fields` are names of output_fields(); id, body and material always come.
 template <int D>
-void write_particles(const std::filesystem::path& file, const Model<D>& model, State<D>& s, const std::vector<std::string>& fields);
+void write_particles(const std::filesystem::path& file, const Model<D>& model, State<D>& s,
+                     const std::vector<std::string>& fields);
 
 /// Writes mass and velocity of the nodes of the last step. Nodes that the material does not touch are zero.
 template <int D>

@@ -23,7 +23,13 @@ void remove_earlier_run(const std::filesystem::path& directory)
 {
     if (!std::filesystem::exists(directory / "case.toml")) return;  // require_writable has seen that it is ours
     auto is_ours = [](const std::string& name) {
-        for (const auto& [start, end] : {std::pair{"particles_", ".vtu"}, {"grid_", ".vti"}, {"probe_", ".csv"}, {"particles.pvd", ""}, {"grid.pvd", ""}, {"history.csv", ""}, {"", ".part"}})
+        for (const auto& [start, end] : {std::pair{"particles_", ".vtu"},
+                                         {"grid_", ".vti"},
+                                         {"probe_", ".csv"},
+                                         {"particles.pvd", ""},
+                                         {"grid.pvd", ""},
+                                         {"history.csv", ""},
+                                         {"", ".part"}})
             if (name.starts_with(start) && name.ends_with(end)) return true;
         return false;
     };
@@ -60,12 +66,16 @@ void require_writable(const OutputInput& output)
     std::error_code none;
     while (!std::filesystem::exists(existing, none) && existing.has_relative_path()) existing = existing.parent_path();
     if (!std::filesystem::is_directory(existing, none))
-        output.fail("directory", fmt::format("{} cannot be made, for {} is not a directory; choose another with --output", directory.string(), existing.string()));
+        output.fail("directory", fmt::format("{} cannot be made, for {} is not a directory; choose another with --output",
+                                             directory.string(), existing.string()));
     if (::access(existing.c_str(), W_OK | X_OK) != 0)
-        output.fail("directory", fmt::format("{} cannot be written, for {} is not writable; choose another with --output", directory.string(), existing.string()));
+        output.fail("directory", fmt::format("{} cannot be written, for {} is not writable; choose another with --output",
+                                             directory.string(), existing.string()));
     std::ifstream there(directory / "case.toml");
     if (std::string line; std::getline(there, line) && !line.starts_with(kResolvedHeader))
-        output.fail("directory", fmt::format("{} holds a case.toml that no run has written, and would lose it; choose another with --output", directory.string()));
+        output.fail("directory",
+                    fmt::format("{} holds a case.toml that no run has written, and would lose it; choose another with --output",
+                                directory.string()));
 }
 
 template <int D>
@@ -81,18 +91,20 @@ Writer<D>::Writer(const CaseInput& input, const Model<D>& model, const Particles
     CaseInput portable        = input;
     portable.output.directory = "";
     AtomicFile resolved(directory_ / "case.toml");
-    resolved.write(fmt::format("{}, with every default; `ordo run` takes it. Written by ordo {} ({}).\n{}", kResolvedHeader, ORDO_VERSION, ORDO_COMMIT, echo_case(portable)));
+    resolved.write(fmt::format("{}, with every default; `ordo run` takes it. Written by ordo {} ({}).\n{}", kResolvedHeader,
+                               ORDO_VERSION, ORDO_COMMIT, echo_case(portable)));
     resolved.commit();
 
-    history_ = LineFile(directory_ / "history.csv", "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy");
+    history_ = LineFile(directory_ / "history.csv",
+                        "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy");
     for (const ProbeInput& p : input.probes) {
         Probe probe{};
         const std::filesystem::path file = directory_ / ("probe_" + p.name + ".csv");
         Vec<D> at{};
         for (int a = 0; a < D; ++a) at[a] = p.particle.empty() ? p.point[a] : p.particle[a];
         if (!p.particle.empty()) {
-            probe.particle      = nearest_particle(particles, at);
-            std::string header  = "time" + columns<D>("position") + columns<D>("displacement") + columns<D>("velocity");
+            probe.particle     = nearest_particle(particles, at);
+            std::string header = "time" + columns<D>("position") + columns<D>("displacement") + columns<D>("velocity");
             for (int a = 0; a < D; ++a)
                 for (int b = a; b < D; ++b) header += fmt::format(",stress_{}{}", "xyz"[a], "xyz"[b]);
             probe.file = LineFile(file, header + ",density");
@@ -108,7 +120,8 @@ template <int D>
 void Writer<D>::row(State<D>& s, double dt)
 {
     const Totals e = totals(model_, s.particles);
-    history_.add(fmt::format("{},{},{}{},{},{},{}", s.t, dt, e.mass, values(e.momentum), e.kinetic_energy, e.strain_energy, e.total_energy()));
+    history_.add(fmt::format("{},{},{}{},{},{},{}", s.t, dt, e.mass, values(e.momentum), e.kinetic_energy, e.strain_energy,
+                             e.total_energy()));
     for (Probe& p : probes_) probe_row(p, s);
 }
 
@@ -128,7 +141,8 @@ void Writer<D>::probe_row(Probe& probe, State<D>& s)
         // Velocity weighted by nodal mass, so that empty nodes do not count.
         Stencil<D, Hat::width> row;
         row.first = 0;
-        for (int a = 0; a < D; ++a) row.first += s.lattice.stride[a] * Hat::row(s.lattice.cell_coordinate(a, probe.point[a]), row.w[a], row.dw[a]);
+        for (int a = 0; a < D; ++a)
+            row.first += s.lattice.stride[a] * Hat::row(s.lattice.cell_coordinate(a, probe.point[a]), row.w[a], row.dw[a]);
         double mass = 0.0, cell = 1.0;
         Vec<D> momentum{};
         for (int a = 0; a < D; ++a) cell *= s.lattice.h[a];

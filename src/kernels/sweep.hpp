@@ -11,10 +11,10 @@ template <int D>
 struct Sweep {
     Lattice<D> lattice;
     ParticleView<D> p;
-    Lanes* nodes;               ///< the node records that are written or read
+    Lanes* nodes;  ///< the node records that are written or read
     const Material* materials;
-    double dt;                  ///< of positions and deformation, s
-    double pic;                 ///< PIC fraction of the velocity update, 0..1
+    double dt;   ///< of positions and deformation, s
+    double pic;  ///< PIC fraction of the velocity update, 0..1
 };
 
 enum class Fault { none, not_finite, inverted, left_grid, domain_too_wide };

@@ -116,15 +116,17 @@ struct LinearRate1D {
 
 /// Stress is a function of F.
 template <class M>
-concept Hyperelastic = requires(const M m, const Mat<1>& F) {
-    { m.cauchy(F) };
-    { m.energy(F) };
+concept Hyperelastic = requires(const M m, const Mat<1>& F)
+{
+    {m.cauchy(F)};
+    {m.energy(F)};
 };
 /// Stress is carried along and updated by the displacement gradient of each step.
 template <class M>
-concept RateLaw = requires(const M m, const Mat<1>& sigma, const Mat<1>& G) {
-    { m.update(sigma, G) };
-    { m.energy(sigma) };
+concept RateLaw = requires(const M m, const Mat<1>& sigma, const Mat<1>& G)
+{
+    {m.update(sigma, G)};
+    {m.energy(sigma)};
 };
 static_assert(Hyperelastic<NeoHookean> && Hyperelastic<StVenantKirchhoff>);
 static_assert(RateLaw<JaumannElastic> && RateLaw<LinearRate1D>);

@@ -40,10 +40,8 @@ std::string describe(Fault fault)
     case Fault::inverted:
         return "its volume ratio J = det F is not positive (the deformation of one step is too large); a smaller time "
                "step, a finer grid or a method with particle domains (cpdi1) may help";
-    case Fault::not_finite:
-        return "its state is not a finite number; a smaller time step may help";
-    case Fault::left_grid:
-        return "it left the grid; make [grid] size larger or put a [[boundary]] on that face";
+    case Fault::not_finite: return "its state is not a finite number; a smaller time step may help";
+    case Fault::left_grid: return "it left the grid; make [grid] size larger or put a [[boundary]] on that face";
     case Fault::domain_too_wide:
         return "its domain has grown wider than the grid pass can hold; a method with fixed domains (ugimp) or a coarser "
                "grid may help";
@@ -67,9 +65,7 @@ void require_sound(const State<D>& s)
 }  // namespace
 
 template <int D>
-Explicit<D>::Explicit(Model<D> model)
-    : model_(std::move(model)),
-      has_body_force_(field_groups(model_).body_force)
+Explicit<D>::Explicit(Model<D> model) : model_(std::move(model)), has_body_force_(field_groups(model_).body_force)
 {
     passes_ = choose_passes<D>(model_.method, has_body_force_);
 }
@@ -110,30 +106,30 @@ void Explicit<D>::step(State<D>& s, double dt) const
 
     clear_nodes(s, nodes);
     if (scheme == Scheme::usf) {
-        scatter(s, passes_.project, nodes, 0, NodeLane::increment);             // m_i, (m v)_i <- particles
-        velocities(s, nodes);                                                   // v_i
+        scatter(s, passes_.project, nodes, 0, NodeLane::increment);  // m_i, (m v)_i <- particles
+        velocities(s, nodes);                                        // v_i
         copy(strain, nodes, s.tiles);
         constrain(s, strain, s.t_v);
-        gather(s, passes_.update_stress, strain, dt);                           // F_p, sigma_p from v_i at t_n
-        scatter(s, passes_.force, nodes, NodeLane::increment, NodeLane::end);   // f_i <- sigma_p
+        gather(s, passes_.update_stress, strain, dt);                          // F_p, sigma_p from v_i at t_n
+        scatter(s, passes_.force, nodes, NodeLane::increment, NodeLane::end);  // f_i <- sigma_p
     } else {
-        scatter(s, passes_.project_and_force, nodes, 0, NodeLane::end);         // m_i, (m v)_i, f_i <- particles
-        velocities(s, nodes);                                                   // v_i
+        scatter(s, passes_.project_and_force, nodes, 0, NodeLane::end);  // m_i, (m v)_i, f_i <- particles
+        velocities(s, nodes);                                            // v_i
     }
-    advance(s, nodes, dt_kick);                                                 // a_i = f_i/m_i + g;  v_i += dt a_i
+    advance(s, nodes, dt_kick);  // a_i = f_i/m_i + g;  v_i += dt a_i
     constrain(s, nodes, t_kicked);
 
     switch (scheme) {
     case Scheme::usf: gather(s, passes_.velocity_and_move, nodes, dt); break;
     case Scheme::usl: gather(s, passes_.update_all, nodes, dt); break;
     case Scheme::musl:
-        gather(s, passes_.update_velocity, nodes, dt);                          // v_p <- a_i
+        gather(s, passes_.update_velocity, nodes, dt);  // v_p <- a_i
         clear_nodes(s, strain);
-        scatter(s, passes_.project, strain, 0, NodeLane::increment);            // the same nodes again, with the new v_p
+        scatter(s, passes_.project, strain, 0, NodeLane::increment);  // the same nodes again, with the new v_p
         velocities(s, strain);
         constrain(s, strain, t_kicked);
-        gather(s, passes_.update_stress, strain, dt);                           // F_p, sigma_p from the remapped velocity
-        gather(s, passes_.move, nodes, dt);                                     // last, so that every phi above is at x_n
+        gather(s, passes_.update_stress, strain, dt);  // F_p, sigma_p from the remapped velocity
+        gather(s, passes_.move, nodes, dt);            // last, so that every phi above is at x_n
         break;
     }
     s.t += dt;
@@ -157,7 +153,8 @@ void Explicit<D>::evaluate_body_forces(State<D>& s) const
     if (!has_body_force_) return;
     const ParticleView<D> p = s.particles.view();
     parallel_for_each(p.count, [&](std::ptrdiff_t i) {
-        p.b[i] = evaluate<D>(model_.body_forces[p.body[i]], {padded(place_in_period(model_, s.particles, static_cast<int>(i))), padded(p.X[i]), s.t});
+        p.b[i] = evaluate<D>(model_.body_forces[p.body[i]],
+                             {padded(place_in_period(model_, s.particles, static_cast<int>(i))), padded(p.X[i]), s.t});
     });
 }
 

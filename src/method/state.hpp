@@ -42,7 +42,7 @@ struct State {
     double drift = 0.0;         ///< bound on any particle's displacement since the sort, cells
     double reach = 0.0;         ///< largest distance from a particle to the edge of its domain, cells
 
-    TileReport fault;           ///< the first fault of the step, if any
+    TileReport fault;  ///< the first fault of the step, if any
 
     double t       = 0.0;  ///< time of positions and stresses, s
     double t_v     = 0.0;  ///< time of velocities, s

@@ -15,24 +15,24 @@ template <int D>
 using Turns = Vec<D, int>;
 
 // FIELD(type, name, group): `group` says which methods need it, see FieldGroups.
-#define ORDO_PARTICLE_FIELDS(FIELD)                                              \
-    FIELD(Vec<D>, x, always)                /* position at t_n, m */             \
-    FIELD(Vec<D>, X, always)                /* initial position, m */            \
-    FIELD(Vec<D>, v, always)                /* velocity at t_n - dt/2, m/s */    \
-    FIELD(Mat<D>, F, always)                /* deformation gradient */           \
-    FIELD(Mat<D>, sigma, always)            /* Cauchy stress, Pa */              \
-    FIELD(double, m, always)                /* mass, kg */                       \
-    FIELD(double, V0, always)               /* initial volume, m^D */            \
-    FIELD(double, V, always)                /* volume J V0, m^D */               \
-    FIELD(std::int32_t, id, always)         /* place in the order of seeding */  \
-    FIELD(std::int16_t, body, always)       /* index of the body */              \
-    FIELD(std::int16_t, material, always)   /* index of the material */          \
-    FIELD(Vec<D>, half0, box)               /* initial half-lengths, m */        \
-    FIELD(Vec<D>, half, box)                /* half-lengths, m */                \
-    FIELD(Mat<D>, edges0, corners)          /* initial half-edge vectors, columns, m */ \
-    FIELD(Mat<D>, edges, corners)           /* half-edge vectors F edges0, m */  \
-    FIELD(Vec<D>, b, body_force)            /* body force per mass, m/s^2 */     \
-    FIELD(Turns<D>, turns, periodic)        /* periods travelled along each axis */
+#define ORDO_PARTICLE_FIELDS(FIELD)                                                   \
+    FIELD(Vec<D>, x, always)              /* position at t_n, m */                    \
+    FIELD(Vec<D>, X, always)              /* initial position, m */                   \
+    FIELD(Vec<D>, v, always)              /* velocity at t_n - dt/2, m/s */           \
+    FIELD(Mat<D>, F, always)              /* deformation gradient */                  \
+    FIELD(Mat<D>, sigma, always)          /* Cauchy stress, Pa */                     \
+    FIELD(double, m, always)              /* mass, kg */                              \
+    FIELD(double, V0, always)             /* initial volume, m^D */                   \
+    FIELD(double, V, always)              /* volume J V0, m^D */                      \
+    FIELD(std::int32_t, id, always)       /* place in the order of seeding */         \
+    FIELD(std::int16_t, body, always)     /* index of the body */                     \
+    FIELD(std::int16_t, material, always) /* index of the material */                 \
+    FIELD(Vec<D>, half0, box)             /* initial half-lengths, m */               \
+    FIELD(Vec<D>, half, box)              /* half-lengths, m */                       \
+    FIELD(Mat<D>, edges0, corners)        /* initial half-edge vectors, columns, m */ \
+    FIELD(Mat<D>, edges, corners)         /* half-edge vectors F edges0, m */         \
+    FIELD(Vec<D>, b, body_force)          /* body force per mass, m/s^2 */            \
+    FIELD(Turns<D>, turns, periodic)      /* periods travelled along each axis */
 
 /// Groups of fields beyond those that every method needs.
 struct FieldGroups {

@@ -71,9 +71,9 @@ struct Tube {
     Bounds<D> bounds() const
     {
         const double pi = std::numbers::pi;
-        double lo[2] = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-        double hi[2] = {-lo[0], -lo[1]};
-        auto add     = [&](double angle) {
+        double lo[2]    = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+        double hi[2]    = {-lo[0], -lo[1]};
+        auto add        = [&](double angle) {
             for (double r : {inner, outer}) {
                 const double at[2] = {r * std::cos(angle), r * std::sin(angle)};
                 for (int k = 0; k < 2; ++k) lo[k] = std::min(lo[k], at[k]), hi[k] = std::max(hi[k], at[k]);

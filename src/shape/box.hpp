@@ -14,7 +14,7 @@ struct Box {
     static constexpr int dim = D;
     /// The widest box in cells from centre to side; beyond it the run ends with a NumericalError.
     static constexpr double max_reach = 7.0;
-    static constexpr int max_count   = 16;
+    static constexpr int max_count    = 16;
 
     ORDO_FLAT static double reach(const Lattice<D>& g, const ParticleView<D>& p, int i)
     {
@@ -25,10 +25,15 @@ struct Box {
 
     /// The hat N(t) and its integral from -infinity.
     ORDO_FLAT static double hat(double t) { return larger(0.0, 1 - std::fabs(t)); }
-    ORDO_FLAT static double hat_integral(double t)
+    /// The integral of the hat over [a, b], without cancellation near its ends: a box on a cell face would else leave a
+    /// gradient without weight at the node beyond.
+    ORDO_FLAT static double hat_integral(double a, double b)
     {
-        const double u = smaller(larger(t, -1.0), 1.0);
-        return u < 0 ? 0.5 * (1 + u) * (1 + u) : 1 - 0.5 * (1 - u) * (1 - u);
+        a = smaller(larger(a, -1.0), 1.0);
+        b = smaller(larger(b, -1.0), 1.0);
+        if (a >= 0) return 0.5 * (b - a) * (2 - a - b);
+        if (b <= 0) return 0.5 * (b - a) * (2 + a + b);
+        return 0.5 * (b * (2 - b) - a * (2 + a));
     }
 
     template <int W>
@@ -37,16 +42,16 @@ struct Box {
         Stencil<D, W> s;
         s.first = 0;
         for (int a = 0; a < D; ++a) {
-            const double l    = p.half[i][a] * g.inv_h[a];
-            const double y    = g.cell_coordinate(a, p.x[i][a]);
-            const double low  = y - l, high = y + l;
+            const double l   = p.half[i][a] * g.inv_h[a];
+            const double y   = g.cell_coordinate(a, p.x[i][a]);
+            const double low = y - l, high = y + l;
             const int cell    = static_cast<int>(low);
             const double norm = 1 / (2 * l);
             s.first += g.stride[a] * cell;
             s.count[a] = static_cast<int>(high) - cell + 2;
             ORDO_EXPECT(cell >= 0 && cell + s.size(a) <= g.nodes[a] && s.size(a) <= s.capacity);
             for (int k = 0; k < s.size(a); ++k) {
-                s.w[a][k]  = (hat_integral(high - cell - k) - hat_integral(low - cell - k)) * norm;
+                s.w[a][k]  = hat_integral(low - cell - k, high - cell - k) * norm;
                 s.dw[a][k] = (hat(high - cell - k) - hat(low - cell - k)) * norm * g.inv_h[a];
             }
         }
@@ -69,7 +74,7 @@ struct Box {
         with_stencil(g, p, i, [&](const auto& s) { ordo::for_each_node(s, g, visit); });
     }
     ORDO_FLAT static void spread(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value,
-                               const Lanes (&flux)[D])
+                                 const Lanes (&flux)[D])
     {
         with_stencil(g, p, i, [&](const auto& s) { ordo::spread(s, g, nodes, value, flux); });
     }
@@ -78,7 +83,7 @@ struct Box {
         with_stencil(g, p, i, [&](const auto& s) { spread_value_axis<D - 1>(s, g, nodes + s.first, value); });
     }
     ORDO_FLAT static void collect(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value,
-                                Lanes (&gradient)[D])
+                                  Lanes (&gradient)[D])
     {
         with_stencil(g, p, i, [&](const auto& s) { ordo::collect(s, g, nodes, value, gradient); });
     }

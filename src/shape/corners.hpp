@@ -74,7 +74,7 @@ struct Parallelepiped {
     }
 
     ORDO_FLAT static void spread(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value,
-                               const Lanes (&flux)[D])
+                                 const Lanes (&flux)[D])
     {
         const Mat<D> dual = scaled_duals(p.edges[i]);
         const Lanes A     = value * w;
@@ -93,7 +93,7 @@ struct Parallelepiped {
         for_each_corner(g, p, i, [&](int, const auto& s) { spread_value_axis<D - 1>(s, g, nodes + s.first, A); });
     }
     ORDO_FLAT static void collect(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value,
-                                Lanes (&gradient)[D])
+                                  Lanes (&gradient)[D])
     {
         Lanes total{};
         Lanes X[D] = {};

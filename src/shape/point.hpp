@@ -33,7 +33,7 @@ struct Point {
         ordo::for_each_node(stencil(g, p, i), g, visit);
     }
     ORDO_FLAT static void spread(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value,
-                               const Lanes (&flux)[D])
+                                 const Lanes (&flux)[D])
     {
         ordo::spread(stencil(g, p, i), g, nodes, value, flux);
     }
@@ -43,7 +43,7 @@ struct Point {
         spread_value_axis<D - 1>(s, g, nodes + s.first, value);
     }
     ORDO_FLAT static void collect(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value,
-                                Lanes (&gradient)[D])
+                                  Lanes (&gradient)[D])
     {
         ordo::collect(stencil(g, p, i), g, nodes, value, gradient);
     }

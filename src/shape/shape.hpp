@@ -19,9 +19,14 @@ struct AnyVisitor {
 /// the fast forms, tested against it. `reach` is the distance in cells from the particle to the edge of its domain, at most `max_reach`.
 template <class S>
 concept Shape = requires(const Lattice<S::dim>& g, const ParticleView<S::dim>& p, int i, Lanes* nodes, const Lanes* read,
-                         const Lanes& value, const Lanes (&flux)[S::dim], Lanes& sum, Lanes (&gradient)[S::dim]) {
-    { S::reach(g, p, i) } -> std::convertible_to<double>;
-    { S::max_reach } -> std::convertible_to<double>;
+                         const Lanes& value, const Lanes (&flux)[S::dim], Lanes& sum, Lanes (&gradient)[S::dim])
+{
+    {
+        S::reach(g, p, i)
+        } -> std::convertible_to<double>;
+    {
+        S::max_reach
+        } -> std::convertible_to<double>;
     S::for_each_node(g, p, i, AnyVisitor<S::dim>{});
     S::spread(g, p, i, nodes, value, flux);
     S::spread_value(g, p, i, nodes, value);

@@ -88,7 +88,8 @@ ORDO_FLAT inline void collect_value_axis(const Stencil<D, W>& s, const Lattice<D
 }
 
 template <int D, int W>
-ORDO_FLAT inline void spread(const Stencil<D, W>& s, const Lattice<D>& g, Lanes* nodes, const Lanes& value, const Lanes (&flux)[D])
+ORDO_FLAT inline void spread(const Stencil<D, W>& s, const Lattice<D>& g, Lanes* nodes, const Lanes& value,
+                             const Lanes (&flux)[D])
 {
     spread_axis<D - 1>(s, g, nodes + s.first, value, flux);
 }

@@ -75,7 +75,8 @@ void check_against_literal(Scheme scheme, Start start)
     model.boundaries    = {Boundary<1>{.at = 0.0, .value = {}}, Boundary<1>{.outer_is_above = true, .at = 1.0, .value = {}}};
     const Explicit<1> method(model);
     State<1> s = method.start(test::make_particles(model, test::block(model, 0.0, 1.0, 2)));
-    LiteralBar bar{model.h[0], model.materials[0].mu, model.materials[0].lambda, model.materials[0].density, 16, {}, {}, {}, {}, {}};
+    LiteralBar bar{model.h[0], model.materials[0].mu, model.materials[0].lambda, model.materials[0].density, 16, {}, {}, {}, {},
+                   {}};
     for (int i = 0; i < s.particles.count; ++i) {
         s.particles.v[i][0] = 0.2 * std::sin(std::numbers::pi * s.particles.x[i][0]);
         bar.x.push_back(s.particles.x[i][0]);
@@ -112,7 +113,7 @@ TEST(Step, FreeFallIsExact)
         Model<2> model = test::unit_box<2>(20, d);
         model.gravity  = {0.1, -2.0};
         const Explicit<2> method(model);
-        State<2> s = method.start(test::make_particles(model, test::block(model, 0.5, 0.7, 2)));
+        State<2> s      = method.start(test::make_particles(model, test::block(model, 0.5, 0.7, 2)));
         const double dt = 0.01;
         for (int k = 0; k < 30; ++k) method.step(s, dt);
         for (int i = 0; i < s.particles.count; ++i) {
@@ -127,9 +128,10 @@ TEST(Step, FreeFallIsExact)
 TEST(Step, BodyForceField)
 {
     Model<2> model       = test::unit_box<2>(20, Domain::parallelepiped);
-    model.body_forces[0] = {Field(0.0), Field(std::function<double(const FieldPoint&)>([](const FieldPoint& at) { return 6 * at.t; }))};
+    model.body_forces[0] = {Field(0.0),
+                            Field(std::function<double(const FieldPoint&)>([](const FieldPoint& at) { return 6 * at.t; }))};
     const Explicit<2> method(model);
-    State<2> s = method.start(test::make_particles(model, test::block(model, 0.3, 0.5, 2)));
+    State<2> s      = method.start(test::make_particles(model, test::block(model, 0.3, 0.5, 2)));
     const double dt = 0.01;
     double v = 0, x = 0;
     for (int k = 0; k < 20; ++k) {
@@ -159,7 +161,8 @@ void check_periodic(Domain domain)
         for (int i = 0; i < s.particles.count; ++i) {
             Vec<D> X{};
             for (int a = 0; a < D; ++a) X[a] = seeds[s.particles.id[i]].x[a] - shift;
-            for (int a = 0; a < D; ++a) s.particles.v[i][a] = 0.7 + 0.2 * std::sin(2 * std::numbers::pi * (X[a] + X[(a + 1) % D]));
+            for (int a = 0; a < D; ++a)
+                s.particles.v[i][a] = 0.7 + 0.2 * std::sin(2 * std::numbers::pi * (X[a] + X[(a + 1) % D]));
         }
         const double dt = 0.2 * courant_time_step(model, s.particles);
         for (int k = 0; k < 40; ++k) method.step(s, dt);
@@ -198,7 +201,7 @@ TEST(Step, PrescribedVelocityPullsABar)
         Boundary<1> hold{.outer_is_above = true, .at = 0.75, .value = {}};
         model.boundaries = {pull, hold};
         const Explicit<1> method(model);
-        State<1> s = method.start(test::make_particles(model, test::block(model, 0.25, 0.75, 2)));
+        State<1> s      = method.start(test::make_particles(model, test::block(model, 0.25, 0.75, 2)));
         const double dt = 0.2 * courant_time_step(model, s.particles);
         while (s.t < 1.0) method.step(s, dt);
         // After the waves have run to and fro the mean stretch is that of the pulled end.
@@ -223,7 +226,8 @@ TEST(Step, FailuresNameStepTimeAndParticle)
         FAIL() << "the body flew through the wall";
     } catch (const NumericalError& e) {
         const std::string message = e.what();
-        for (const char* part : {"step ", "t = ", "particle ", "left the grid", "[[boundary]]"}) EXPECT_NE(message.find(part), std::string::npos) << message;
+        for (const char* part : {"step ", "t = ", "particle ", "left the grid", "[[boundary]]"})
+            EXPECT_NE(message.find(part), std::string::npos) << message;
     }
 }
 

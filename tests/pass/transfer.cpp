@@ -37,12 +37,16 @@ struct Fixture {
     Passes<D> passes;
 
     explicit Fixture(Domain domain, double deformation = 0.3)
-        : method(test::unit_box<D>(D == 3 ? 12 : 20, domain)), s(test::random_state(method, 400, random, deformation)),
+        : method(test::unit_box<D>(D == 3 ? 12 : 20, domain)),
+          s(test::random_state(method, 400, random, deformation)),
           passes(choose_passes<D>(method.model().method, false))
     {
         sort_particles(method.model(), s);
     }
-    Sweep<D> sweep(double dt = 0) { return {s.lattice, s.particles.view(), s.nodes.data(), method.model().materials.data(), dt, 0.0}; }
+    Sweep<D> sweep(double dt = 0)
+    {
+        return {s.lattice, s.particles.view(), s.nodes.data(), method.model().materials.data(), dt, 0.0};
+    }
     void scatter_all(typename Passes<D>::Scatter pass)
     {
         clear(s.nodes.data(), s.tiles);
@@ -107,7 +111,8 @@ TEST(Scatter, WideDomains)
         const ParticleView<2> p = f.s.particles.view();
         Array<Lanes> naive(f.s.lattice.node_count());
         for (int i = 0; i < p.count; ++i)
-            visit<2>(d, f.s.lattice, p, i, [&](std::ptrdiff_t node, double w, const Vec<2>&) { naive[node][NodeLane::mass] += w * p.m[i]; });
+            visit<2>(d, f.s.lattice, p, i,
+                     [&](std::ptrdiff_t node, double w, const Vec<2>&) { naive[node][NodeLane::mass] += w * p.m[i]; });
         for (std::size_t n = 0; n < naive.size(); ++n) ASSERT_NEAR(f.s.nodes[n][NodeLane::mass], naive[n][NodeLane::mass], 1e-12);
     }
 }
@@ -231,8 +236,15 @@ TEST(Gather, FaultsAreReported)
     };
     EXPECT_EQ(report_of([](auto&) {}).first, Fault::none);
     EXPECT_EQ(report_of([](auto& f) { f.s.particles.F[17] = Mat<2>{{{-1, 0}, {0, 1}}}; }), (std::pair{Fault::inverted, 17}));
-    EXPECT_EQ(report_of([](auto& f) { f.s.particles.F[5](0, 1) = std::nan(""); f.s.particles.F[5](1, 0) = 1; }), (std::pair{Fault::not_finite, 5}));
-    EXPECT_EQ(report_of([](auto& f) { for (Lanes& n : f.s.nodes) n = make_lanes(10, 0, 0, 1, 0, 0, 0, 0); }), (std::pair{Fault::left_grid, 0}));
+    EXPECT_EQ(report_of([](auto& f) {
+                  f.s.particles.F[5](0, 1) = std::nan("");
+                  f.s.particles.F[5](1, 0) = 1;
+              }),
+              (std::pair{Fault::not_finite, 5}));
+    EXPECT_EQ(report_of([](auto& f) {
+                  for (Lanes& n : f.s.nodes) n = make_lanes(10, 0, 0, 1, 0, 0, 0, 0);
+              }),
+              (std::pair{Fault::left_grid, 0}));
     EXPECT_EQ(report_of([](auto& f) { f.s.particles.edges0[3] *= 1e4; }), (std::pair{Fault::domain_too_wide, 3}));
 }
 

@@ -12,7 +12,10 @@ namespace ordo::test {
 /// A generator with a fixed seed: tests must not depend on the day.
 using Random = std::mt19937_64;
 
-inline double uniform(Random& random, double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
+inline double uniform(Random& random, double low, double high)
+{
+    return std::uniform_real_distribution<double>(low, high)(random);
+}
 
 /// I + a random matrix of entries up to `size`: stretch, shear and rotation at once.
 template <int D>
@@ -60,7 +63,8 @@ Particles<D> make_particles(const Model<D>& model, const std::vector<Seed<D>>& s
 template <int D>
 std::vector<Seed<D>> block(const Model<D>& model, double low, double high, int per_axis)
 {
-    return fill_box(Bounds<D>{Vec<D>::filled(low), Vec<D>::filled(high)}, SubCells<D>{model.origin, model.h, Index<D>::filled(per_axis)});
+    return fill_box(Bounds<D>{Vec<D>::filled(low), Vec<D>::filled(high)},
+                    SubCells<D>{model.origin, model.h, Index<D>::filled(per_axis)});
 }
 
 /// A state of `count` particles at random places with random velocities, stresses and deformed domains, sorted.
@@ -78,9 +82,9 @@ State<D> random_state(const Explicit<D>& method, int count, Random& random, doub
         }
         seeds.push_back(seed);
     }
-    State<D> s = method.start(make_particles(model, seeds));
+    State<D> s      = method.start(make_particles(model, seeds));
     Particles<D>& p = s.particles;
-    s.reach = 0;
+    s.reach         = 0;
     for (int i = 0; i < p.count; ++i) {
         p.F[i] = random_deformation<D>(random, deformation);
         p.V[i] = det(p.F[i]) * p.V0[i];

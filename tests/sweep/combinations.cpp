@@ -78,7 +78,8 @@ void check_uniform_stress(const MethodSpec& spec)
             const double x = s.lattice.node_position(a, at[a]);
             interior       = interior && x > 0.25 + 0.01 && x < 0.75 - 0.01;
         }
-        for (int a = 0; a < D; ++a) (interior ? inside : edge) = std::max(interior ? inside : edge, std::fabs(s.nodes[n][NodeLane::increment + a]));
+        for (int a = 0; a < D; ++a)
+            (interior ? inside : edge) = std::max(interior ? inside : edge, std::fabs(s.nodes[n][NodeLane::increment + a]));
     }
     EXPECT_LT(inside, 1e-13 * edge);
     EXPECT_GT(edge, 0.01);

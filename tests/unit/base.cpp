@@ -57,7 +57,8 @@ TEST(Parallel, ReductionDoesNotDependOnThreads)
     const int before = thread_count();
     auto sum         = [] {
         return parallel_reduce(
-            100000, 0.0, [](std::ptrdiff_t i) { return 1.0 / (1.0 + static_cast<double>(i)); }, [](double& t, double v) { t += v; });
+                    100000, 0.0, [](std::ptrdiff_t i) { return 1.0 / (1.0 + static_cast<double>(i)); },
+                    [](double& t, double v) { t += v; });
     };
     set_thread_count(1);
     const double one = sum();

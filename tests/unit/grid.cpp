@@ -39,7 +39,8 @@ TEST(Tiles, ColoursShareNoNode)
         const Lattice<2> lattice(Vec<2>{}, Vec<2>::filled(0.05), {40, 33}, {}, halo + 1);
         Tiles<2> tiles(lattice, halo);
         std::vector<std::uint64_t> keys;
-        IndexBox<2>{{halo + 1, halo + 1}, {halo + 41, halo + 34}}.for_each([&](const Index<2>& c) { keys.push_back(tiles.key(c)); });
+        IndexBox<2>{{halo + 1, halo + 1}, {halo + 41, halo + 34}}.for_each(
+            [&](const Index<2>& c) { keys.push_back(tiles.key(c)); });
         std::sort(keys.begin(), keys.end());
         tiles.assign(keys);
         std::size_t particles = 0;
@@ -47,7 +48,8 @@ TEST(Tiles, ColoursShareNoNode)
         EXPECT_EQ(particles, keys.size());
 
         std::vector<Index<2>> cell_of_key(tiles.key_end());
-        IndexBox<2>{{0, 0}, {lattice.nodes[0], lattice.nodes[1]}}.for_each([&](const Index<2>& c) { cell_of_key[tiles.key(c)] = c; });
+        IndexBox<2>{{0, 0}, {lattice.nodes[0], lattice.nodes[1]}}.for_each(
+            [&](const Index<2>& c) { cell_of_key[tiles.key(c)] = c; });
         int colour_changes = 0;
         std::set<std::pair<int, int>> written;
         int previous_parity = -1;
@@ -112,8 +114,9 @@ struct BoundaryCase {
 };
 TEST(Boundary, PlanesActFromTheirNodeOutwards)
 {
-    for (const BoundaryCase& c : {BoundaryCase{0.0, false, -2, 0}, BoundaryCase{0.3, false, -2, 3}, BoundaryCase{0.35, false, -2, 3},
-                                  BoundaryCase{1.0, true, 10, 12}, BoundaryCase{0.7, true, 7, 12}, BoundaryCase{0.65, true, 7, 12}}) {
+    for (const BoundaryCase& c :
+         {BoundaryCase{0.0, false, -2, 0}, BoundaryCase{0.3, false, -2, 3}, BoundaryCase{0.35, false, -2, 3},
+          BoundaryCase{1.0, true, 10, 12}, BoundaryCase{0.7, true, 7, 12}, BoundaryCase{0.65, true, 7, 12}}) {
         const Lattice<1> lattice(Vec<1>{}, Vec<1>{0.1}, {10}, {}, 2);
         Tiles<1> tiles(lattice, 1);
         std::vector<std::uint64_t> keys;

@@ -86,7 +86,7 @@ void check_jaumann_rotation()
     for (int i = 0; i < D; ++i)
         for (int j = i; j < D; ++j) sigma(i, j) = sigma(j, i) = test::uniform(random, -10, 10);
     // Hughes & Winget turn by the Cayley form: the step of angle a is the rotation of 2 atan(tan(a/2)) = a in a plane.
-    Mat<D> Q            = Mat<D>::identity();
+    Mat<D> Q = Mat<D>::identity();
     Q(0, 0) = Q(1, 1)   = std::cos(0.5);
     Q(0, 1)             = -std::sin(0.5);
     Q(1, 0)             = std::sin(0.5);

@@ -26,7 +26,7 @@ TEST(Seeding, BallVolumeConverges)
 {
     double previous = 1;
     for (int n : {8, 16, 32}) {
-        const double v = volume(fill(Ball<3>{Vec<3>::filled(0.5), 0.4}, SubCells<3>{{}, Vec<3>::filled(1.0 / n), {2, 2, 2}}));
+        const double v     = volume(fill(Ball<3>{Vec<3>::filled(0.5), 0.4}, SubCells<3>{{}, Vec<3>::filled(1.0 / n), {2, 2, 2}}));
         const double error = std::fabs(v - 4.0 / 3 * std::numbers::pi * 0.064);
         EXPECT_LT(error, previous);
         previous = error;

@@ -180,6 +180,24 @@ TEST(Shapes, BoxIsTheMeanOfHats)
     }
 }
 
+/// A box whose sides lie on cell faces up to round-off must not leave a gradient without weight at the node beyond: its
+/// force would act on no mass. Near the end of a box |dw| = sqrt(w/l), in cells.
+TEST(Shapes, BoxOnCellFacesHasNoGradientWithoutWeight)
+{
+    test::Random random(31);
+    for (int k = 0; k < 2000; ++k) {
+        OneParticle<1> one(random, 0.0);
+        const double h   = one.lattice.h[0];
+        one.p.half[0][0] = h / 4 * (1 + 1e-15 * test::uniform(random, -8, 8));
+        one.p.x[0][0]  = one.lattice.node_position(0, 7) + (k % 2 ? h / 4 : -h / 4) * (1 + 1e-15 * test::uniform(random, -8, 8));
+        const double l = one.p.half[0][0] / h;
+        for (const auto& [node, w] : weights<Box<1>>(one)) {
+            EXPECT_GE(w.first, 0);
+            EXPECT_LE(std::pow(w.second[0] * h, 2), 1.01 * w.first / l);
+        }
+    }
+}
+
 /// No weight lies further from the particle than `reach` and the cell at its end.
 template <Shape S>
 void check_reach()
@@ -192,8 +210,7 @@ void check_reach()
         for (const auto& [node, w] : weights<S>(one)) {
             if (w.first == 0 && norm(w.second) == 0) continue;
             const Index<D> index = one.lattice.index(node);
-            for (int a = 0; a < D; ++a)
-                EXPECT_LE(std::fabs(index[a] - one.lattice.cell_coordinate(a, one.p.x[0][a])), reach + 1);
+            for (int a = 0; a < D; ++a) EXPECT_LE(std::fabs(index[a] - one.lattice.cell_coordinate(a, one.p.x[0][a])), reach + 1);
         }
     }
 }

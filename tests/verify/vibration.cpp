@@ -13,7 +13,7 @@ constexpr double kYoung = 1e7, kPoisson = 0.3, kDensity = 1000, kEnd = 0.02;
 /// x(X, t) = X + A sin(pi X) sin(c pi t), c = sqrt(E/rho0).
 struct Vibration {
     double amplitude;
-    double c   = std::sqrt(kYoung / kDensity);
+    double c = std::sqrt(kYoung / kDensity);
     NeoHookean law{kYoung * kPoisson / ((1 + kPoisson) * (1 - 2 * kPoisson)), kYoung / (2 * (1 + kPoisson))};
 
     template <class T>
@@ -26,10 +26,10 @@ struct Vibration {
     /// b = x'' - (1/rho0) dP/dX; P = sigma in one dimension.
     double body_force(double X, double t) const
     {
-        using Second        = Dual<Dual<double>>;
-        const double a      = position(Second(X), Second{{t, 1.0}, {1.0, 0.0}}).slope.slope;
-        const Second x      = position(Second{{X, 1.0}, {1.0, 0.0}}, Second(t));
-        const Dual<double> F = x.slope;  // dx/dX and its slope along X
+        using Second                     = Dual<Dual<double>>;
+        const double a                   = position(Second(X), Second{{t, 1.0}, {1.0, 0.0}}).slope.slope;
+        const Second x                   = position(Second{{X, 1.0}, {1.0, 0.0}}, Second(t));
+        const Dual<double> F             = x.slope;  // dx/dX and its slope along X
         const Mat<1, Dual<double>> sigma = law.cauchy(Mat<1, Dual<double>>{{{F}}});
         return a - sigma(0, 0).slope / kDensity;
     }
@@ -45,7 +45,8 @@ double displacement_error(std::string_view preset, double amplitude, int cells)
     model.h         = {1.0 / cells};
     model.cells     = {cells};
     model.materials = {{MaterialModel::neo_hookean, kDensity, exact.law.lambda, exact.law.mu}};
-    model.body_forces.push_back({Field(std::function<double(const FieldPoint&)>([exact](const FieldPoint& at) { return exact.body_force(at.X[0], at.t); }))});
+    model.body_forces.push_back({Field(
+        std::function<double(const FieldPoint&)>([exact](const FieldPoint& at) { return exact.body_force(at.X[0], at.t); }))});
     model.boundaries = {Boundary<1>{.at = 0.0, .value = {}}, Boundary<1>{.outer_is_above = true, .at = 1.0, .value = {}}};
     const Explicit<1> method(model);
     State<1> s = method.start(test::make_particles(model, test::block(model, 0.0, 1.0, 2)));
@@ -89,7 +90,9 @@ TEST(Vibration, BodyForceIsThePapers)
         for (double t : {0.001, 0.0042, 0.013}) {
             const double u = 0.1 * std::sin(pi * X) * std::sin(w * t);
             const double F = 1 + 0.1 * pi * std::cos(pi * X) * std::sin(w * t);
-            const double b = u * (pi * pi / kDensity * (exact.law.mu + (exact.law.lambda * (1 - std::log(F)) + exact.law.mu) / (F * F)) - w * w);
+            const double b =
+                u *
+                (pi * pi / kDensity * (exact.law.mu + (exact.law.lambda * (1 - std::log(F)) + exact.law.mu) / (F * F)) - w * w);
             EXPECT_NEAR(exact.body_force(X, t), b, 1e-9 * std::fabs(b));
         }
 }
