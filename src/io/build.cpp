@@ -178,7 +178,8 @@ void require_apart(const CaseInput& in, const std::vector<Seed<D>>& seeds, const
     for (std::size_t i = 0; i < seeds.size(); ++i)
         if (is_candidate(i)) bins.emplace_back(bin_of(seeds[i].x), static_cast<int>(i));
     std::sort(bins.begin(), bins.end());
-    for (const auto& [own_bin, i] : bins) {
+    for (const auto& entry : bins) {
+        const int i            = entry.second;
         const Seed<D>& s       = seeds[i];
         const Mat<D> to_domain = inverse(s.edges);
         const Vec<D> reach     = reach_of_domain(s);

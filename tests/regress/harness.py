@@ -8,7 +8,6 @@ import os
 import pathlib
 import subprocess
 import tempfile
-import time
 import unittest
 import xml.etree.ElementTree
 
@@ -59,14 +58,8 @@ def edit(text, *changes):
 
 
 def start(*args, cwd):
-    """Starts ordo; waits while the binary is being replaced by a build."""
-    for wait in (1, 5, 30, 0):
-        try:
-            return subprocess.Popen([ORDO, *map(str, args)], cwd=cwd, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        except OSError:
-            if wait == 0:
-                raise
-            time.sleep(wait)
+    """Starts ordo."""
+    return subprocess.Popen([ORDO, *map(str, args)], cwd=cwd, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
 def ordo(*args, cwd):
