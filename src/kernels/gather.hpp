@@ -55,9 +55,11 @@ ORDO_FLAT inline void move(const Sweep<D>& s, int i, const Vec<D>& v, TileReport
 
 /// The gather of particles [begin, end). Evolution is how the domain follows F.
 template <Shape S, class Evolution, unsigned parts>
-void gather(const Sweep<S::dim>& s, int begin, int end, TileReport& report)
+void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
 {
-    constexpr int D = S::dim;
+    constexpr int D   = S::dim;
+    const Sweep<D> s  = sweep;  // copies that no store to a particle can alias
+    TileReport report = out;
     for (int i = begin; i < end; ++i) {
         Lanes value{};
         Mat<D> dtL{};
@@ -78,6 +80,7 @@ void gather(const Sweep<S::dim>& s, int begin, int end, TileReport& report)
         if constexpr ((parts & kUpdateStress) != 0) deform(s, i, dtL, report);
         if constexpr ((parts & kMove) != 0) move<S, Evolution>(s, i, v, report);
     }
+    out = report;
 }
 
 }  // namespace ordo

@@ -47,8 +47,9 @@ struct BodyForce {
 
 /// The scatter of particles [begin, end).
 template <Shape S, class... Deposit>
-void scatter(const Sweep<S::dim>& s, int begin, int end)
+void scatter(const Sweep<S::dim>& sweep, int begin, int end)
 {
+    const Sweep<S::dim> s = sweep;  // a copy that no store to a node can alias
     for (int i = begin; i < end; ++i) {
         Lanes value{}, flux[S::dim] = {};
         (Deposit::add(s.p, i, value, flux), ...);
