@@ -56,8 +56,8 @@ int run_case(const io::CaseInput& input, bool quiet)
     io::Built<D> built = io::build<D>(input);
     io::require_writable(input.output);
     const Explicit<D> method(std::move(built.model));
-    io::Writer<D> writer(input, method.model(), built.particles);
     State<D> s = method.start(std::move(built.particles));
+    io::Writer<D> writer(input, method.model(), s.particles);
     if (!quiet)
         fmt::print(stderr, "{}: {}D, {} particles, {} on {} thread{}\n", input.title.empty() ? "ordo" : input.title, D,
                    s.particles.count, input.method.preset, thread_count(), thread_count() > 1 ? "s" : "");
@@ -113,9 +113,11 @@ int run_case(const io::CaseInput& input, bool quiet)
 template <int D>
 int check_case(const io::CaseInput& input)
 {
-    const io::Built<D> built = io::build<D>(input);
+    io::Built<D> built = io::build<D>(input);
     io::require_writable(input.output);
-    const double limit = courant_time_step(built.model, built.particles);
+    const Explicit<D> method(std::move(built.model));
+    const State<D> s   = method.start(std::move(built.particles));
+    const double limit = courant_time_step(method.model(), s.particles);
     const double dt    = input.time.dt.value_or(input.time.cfl.value_or(0) * limit);
     fmt::print("{}", io::echo_case(input));
     fmt::print(
@@ -123,7 +125,7 @@ int check_case(const io::CaseInput& input)
         built.particles.count,
         [&] {
             double n = 1;
-            for (int a = 0; a < D; ++a) n *= built.model.cells[a];
+            for (int a = 0; a < D; ++a) n *= method.model().cells[a];
             return n;
         }(),
         dt, dt / limit, std::ceil(input.time.end / dt - 1e-9));

@@ -2,12 +2,15 @@
 #pragma once
 
 #include "base/field.hpp"
+#include "base/parallel.hpp"
 #include "grid/lattice.hpp"
 #include "grid/tiles.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace ordo {
@@ -25,52 +28,71 @@ struct Boundary {
     std::array<std::optional<Field>, D> value{};  ///< velocity only; components without a value stay free
 };
 
-/// The constrained nodes of the blocks that the material touches. Later conditions win where they overlap.
+/// The constrained components of nodes in the blocks that the material touches. Each has one condition: of several the
+/// last one given.
 template <int D>
 class Constraints {
   public:
     Constraints() = default;
     Constraints(const std::vector<Boundary<D>>& boundaries, const Lattice<D>& lattice, const Tiles<D>& tiles)
-        : boundaries_(&boundaries), nodes_(boundaries.size())
     {
-        for (std::size_t k = 0; k < boundaries.size(); ++k)
+        for (int k = 0; k < static_cast<int>(boundaries.size()); ++k)
             for (const Index<D>& block : tiles.blocks())
                 outer_part(boundaries[k], lattice, tiles.nodes_of(block)).for_each([&](const Index<D>& at) {
-                    Place place{.node = lattice.offset(at), .x = {}};
-                    for (int a = 0; a < D; ++a) place.x[a] = lattice.node_position(a, at[a]);
-                    nodes_[k].push_back(place);
+                    for (int a = 0; a < D; ++a)
+                        if (constrains(boundaries[k], a)) held_.push_back({lattice.offset(at), a, k, place_of(lattice, at)});
                 });
+        auto key = [](const Held& h) { return std::pair{h.node, h.component}; };
+        std::stable_sort(held_.begin(), held_.end(), [&](const Held& g, const Held& h) { return key(g) < key(h); });
+        // The last of equals: the first of equals in the reverse order.
+        const auto last =
+            std::unique(held_.rbegin(), held_.rend(), [&](const Held& g, const Held& h) { return key(g) == key(h); });
+        held_.erase(held_.begin(), last.base());
     }
 
-    /// Sets velocity and increment of constrained nodes; t is the time of the velocities.
+    /// Sets velocity and increment of constrained components; t is the time of the velocities.
     /// Fixed: both are zero, for FLIP reads the increment. Prescribed: the increment leads from the projected velocity
     /// to the prescribed one, a_i = (v_prescribed - v_i)/dt.
-    void apply(Lanes* nodes, double t) const
+    void apply(const std::vector<Boundary<D>>& boundaries, Lanes* nodes, double t) const
     {
-        for (std::size_t k = 0; k < nodes_.size(); ++k) {
-            const Boundary<D>& b = (*boundaries_)[k];
-            for (const Place& place : nodes_[k])
-                for (int a = 0; a < D; ++a) {
-                    double& v  = nodes[place.node][NodeLane::velocity + a];
-                    double& dv = nodes[place.node][NodeLane::increment + a];
-                    if (b.type == BoundaryType::velocity) {
-                        if (!b.value[a]) continue;
-                        const Vec<3> x      = padded(place.x);
-                        const double target = (*b.value[a])({x, x, t});
-                        dv                  = target - (v - dv);
-                        v                   = target;
-                    } else if (b.type == BoundaryType::fixed || a == b.axis) {
-                        v = dv = 0.0;
-                    }
-                }
-        }
+        parallel_for_each(static_cast<std::ptrdiff_t>(held_.size()), [&](std::ptrdiff_t k) {
+            const Held& h          = held_[k];
+            const Boundary<D>& b   = boundaries[h.boundary];
+            double& v              = nodes[h.node][NodeLane::velocity + h.component];
+            double& dv             = nodes[h.node][NodeLane::increment + h.component];
+            const double projected = v - dv;
+            const Vec<3> x         = padded(h.x);
+            v                      = b.type == BoundaryType::velocity ? (*b.value[h.component])({x, x, t}) : 0.0;
+            dv                     = b.type == BoundaryType::velocity ? v - projected : 0.0;
+        });
     }
 
   private:
-    struct Place {
+    struct Held {
         std::ptrdiff_t node;
+        int component, boundary;
         Vec<D> x;
     };
+
+    static bool constrains(const Boundary<D>& b, int component)
+    {
+        switch (b.type) {
+        case BoundaryType::fixed: return true;
+        case BoundaryType::symmetry: return component == b.axis;
+        case BoundaryType::velocity: return b.value[component].has_value();
+        }
+        return false;
+    }
+
+    /// Where a node's value is asked for: nodes of the margin take that of the grid's edge, the expression need not
+    /// mean anything outside.
+    static Vec<D> place_of(const Lattice<D>& lattice, const Index<D>& at)
+    {
+        Vec<D> x{};
+        for (int a = 0; a < D; ++a)
+            x[a] = lattice.node_position(a, std::clamp(at[a], lattice.margin, lattice.margin + lattice.cells[a]));
+        return x;
+    }
 
     /// The nodes of `box` at or beyond the plane.
     static IndexBox<D> outer_part(const Boundary<D>& b, const Lattice<D>& lattice, IndexBox<D> box)
@@ -84,8 +106,7 @@ class Constraints {
         return box;
     }
 
-    const std::vector<Boundary<D>>* boundaries_ = nullptr;
-    std::vector<std::vector<Place>> nodes_;
+    std::vector<Held> held_;
 };
 
 }  // namespace ordo

@@ -34,13 +34,9 @@ class Tiles {
         }
     }
 
-    /// The smallest power of two whose tiles of one colour stay apart: width + halo < 2 width - halo.
-    static int width_for(int halo)
-    {
-        int w = 4;
-        while (2 * halo >= w) w *= 2;
-        return w;
-    }
+    /// The smallest width whose tiles of one colour stay apart, width + halo + 1 < 2 width - halo: a stencil of fixed size
+    /// may write zeros to one node more than its domain reaches. At least 4, so that tiles are worth a thread's while.
+    static int width_for(int halo) { return std::max(4, 2 * halo + 2); }
 
     int width() const { return width_; }
     int halo() const { return halo_; }

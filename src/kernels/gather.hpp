@@ -31,6 +31,7 @@ ORDO_FLAT inline void deform(const Sweep<D>& s, int i, const Mat<D>& dtL, TileRe
         else
             p.sigma[i] = law.update(p.sigma[i], dtL);
     });
+    if (!std::isfinite(trace(p.sigma[i]))) report.flag(Fault::not_finite, i);
 }
 
 /// The new place and domain of particle i.
@@ -50,7 +51,7 @@ ORDO_FLAT inline void move(const Sweep<D>& s, int i, const Vec<D>& v, TileReport
     Evolution::apply(p, i);
     const double reach = S::reach(s.lattice, p, i);
     report.reach       = larger(report.reach, reach);
-    if (!(reach <= S::max_reach)) report.flag(Fault::domain_too_wide, i);
+    if (!(reach <= S::max_reach)) report.flag(std::isnan(reach) ? Fault::domain_turned : Fault::domain_too_wide, i);
 }
 
 /// The gather of particles [begin, end). Evolution is how the domain follows F.
@@ -76,7 +77,10 @@ void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
             v[a]  = value[NodeLane::velocity + a];
             dv[a] = value[NodeLane::increment + a];
         }
-        if constexpr ((parts & kUpdateVelocity) != 0) s.p.v[i] = (1 - s.pic) * (s.p.v[i] + dv) + s.pic * v;
+        if constexpr ((parts & kUpdateVelocity) != 0) {
+            s.p.v[i] = (1 - s.pic) * (s.p.v[i] + dv) + s.pic * v;
+            if (!std::isfinite(dot(s.p.v[i], s.p.v[i]))) report.flag(Fault::not_finite, i);
+        }
         if constexpr ((parts & kUpdateStress) != 0) deform(s, i, dtL, report);
         if constexpr ((parts & kMove) != 0) move<S, Evolution>(s, i, v, report);
     }

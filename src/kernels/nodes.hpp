@@ -24,7 +24,7 @@ void copy(Lanes* to, const Lanes* from, const Tiles<D>& tiles)
     });
 }
 
-/// v_i = (m v)_i / m_i where there is mass; nodes without mass are all zero and stay so.
+/// v_i = (m v)_i / m_i where there is mass.
 template <int D>
 void velocities(Lanes* nodes, const Tiles<D>& tiles)
 {

@@ -17,12 +17,12 @@ struct Sweep {
     double pic;  ///< PIC fraction of the velocity update, 0..1
 };
 
-enum class Fault { none, not_finite, inverted, left_grid, domain_too_wide };
+enum class Fault { none, not_finite, inverted, left_grid, domain_turned, domain_too_wide };
 
 /// What a tile found out while its particles moved. Reduced in tile order, so that it is the same for any thread count.
 struct TileReport {
-    double move  = 0.0;  ///< largest displacement of the pass, cells
-    double reach = 0.0;  ///< largest distance from a particle to the edge of its domain, cells
+    double move  = 0.0;   ///< largest displacement of the pass, cells
+    double reach = -1.0;  ///< largest distance from a particle to the edge of its domain, cells; negative: not measured
     Fault fault  = Fault::none;
     int particle = -1;  ///< the first with the fault
 

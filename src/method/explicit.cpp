@@ -42,6 +42,9 @@ std::string describe(Fault fault)
                "step, a finer grid or a method with particle domains (cpdi1) may help";
     case Fault::not_finite: return "its state is not a finite number; a smaller time step may help";
     case Fault::left_grid: return "it left the grid; make [grid] size larger or put a [[boundary]] on that face";
+    case Fault::domain_turned:
+        return "its box has no positive length left along an axis: a stretched box does not follow large rotations; use a "
+               "method whose domains do (cpdi1)";
     case Fault::domain_too_wide:
         return "its domain has grown wider than the grid pass can hold; a method with fixed domains (ugimp) or a coarser "
                "grid may help";
@@ -84,7 +87,13 @@ State<D> Explicit<D>::start(Particles<D> particles) const
         p.V[i]     = p.V0[i];
         if (p.half) p.half[i] = p.half0[i];
         if (p.edges) p.edges[i] = p.edges0[i];
-        s.reach = std::max(s.reach, reach_of<D>(model_.method, lattice, p, i));
+        const DomainReach reach = reach_of<D>(model_.method, lattice, p, i);
+        if (!(reach.cells <= reach.max))
+            throw InputError(fmt::format(
+                "particle {} of body {}: its domain reaches {:.3g} cells from its centre, more than the {} that the method's "
+                "passes hold; use smaller particle domains or a coarser [grid] spacing",
+                p.id[i], p.body[i], reach.cells, reach.max));
+        s.reach = std::max(s.reach, reach.cells);
     }
     sort_particles(model_, s);
     return s;
@@ -93,12 +102,15 @@ State<D> Explicit<D>::start(Particles<D> particles) const
 template <int D>
 void Explicit<D>::step(State<D>& s, double dt) const
 {
-    const Scheme scheme   = model_.method.scheme;
-    const bool leapfrog   = model_.method.start == Start::leapfrog;
-    const double dt_kick  = leapfrog ? 0.5 * (s.dt_prev + dt) : dt;  // the first kick of a leapfrog is a half step
+    const Scheme scheme = model_.method.scheme;
+    ORDO_EXPECT(dt > 0);
+    if (s.n == 0 && model_.method.start == Start::plain) {  // as if a step had led here
+        s.dt_prev = dt;
+        s.t_v     = s.t - 0.5 * dt;
+    }
+    const double dt_kick  = 0.5 * (s.dt_prev + dt);  // velocities live at half steps; the first kick of a leapfrog is half
     const double t_kicked = s.t_v + dt_kick;
 
-    ORDO_EXPECT(dt > 0);
     sort_if_stale(s);
     evaluate_body_forces(s);
     Lanes* nodes  = s.nodes.data();
@@ -110,7 +122,7 @@ void Explicit<D>::step(State<D>& s, double dt) const
         velocities(s, nodes);                                        // v_i
         copy(strain, nodes, s.tiles);
         constrain(s, strain, s.t_v);
-        gather(s, passes_.update_stress, strain, dt);                          // F_p, sigma_p from v_i at t_n
+        gather(s, passes_.update_stress, strain, s.dt_prev);  // F_p, sigma_p at t_n from v_i of the step that led here
         scatter(s, passes_.force, nodes, NodeLane::increment, NodeLane::end);  // f_i <- sigma_p
     } else {
         scatter(s, passes_.project_and_force, nodes, 0, NodeLane::end);  // m_i, (m v)_i, f_i <- particles
@@ -201,13 +213,13 @@ void Explicit<D>::gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* no
     const Sweep<D> view = sweep(s, nodes, dt);
     std::vector<TileReport> reports(s.tiles.tiles().size());
     s.tiles.for_each([&](std::ptrdiff_t k, const Tile& tile) { pass(view, tile.begin, tile.end, reports[k]); });
-    double move = 0.0, reach = 0.0;
+    double move = 0.0, reach = TileReport{}.reach;
     for (const TileReport& r : reports) {
         move  = std::max(move, r.move);
         reach = std::max(reach, r.reach);
         if (r.fault != Fault::none) s.fault.flag(r.fault, r.particle);
     }
-    if (move > 0) s.reach = reach;
+    if (reach >= 0) s.reach = reach;  // a pass that moved particles has measured it
     s.drift += move;
 }
 
@@ -215,7 +227,7 @@ template <int D>
 void Explicit<D>::constrain(State<D>& s, Lanes* nodes, double t) const
 {
     Stopwatch watch(times_, StageTimes::nodes);
-    s.constraints.apply(nodes, t);
+    s.constraints.apply(model_.boundaries, nodes, t);
     s.halo.copy(nodes);
 }
 

@@ -62,16 +62,19 @@ Passes<D> choose_passes(const MethodSpec& spec, bool body_force)
 }
 
 template <int D>
-double reach_of(const MethodSpec& spec, const Lattice<D>& lattice, const ParticleView<D>& p, int i)
+DomainReach reach_of(const MethodSpec& spec, const Lattice<D>& lattice, const ParticleView<D>& p, int i)
 {
-    return with_domain<D>(spec, [&](auto choice) { return decltype(choice)::shape::reach(lattice, p, i); });
+    return with_domain<D>(spec, [&](auto choice) {
+        using S = typename decltype(choice)::shape;
+        return DomainReach{S::reach(lattice, p, i), S::max_reach};
+    });
 }
 
 template Passes<1> choose_passes(const MethodSpec&, bool);
 template Passes<2> choose_passes(const MethodSpec&, bool);
 template Passes<3> choose_passes(const MethodSpec&, bool);
-template double reach_of(const MethodSpec&, const Lattice<1>&, const ParticleView<1>&, int);
-template double reach_of(const MethodSpec&, const Lattice<2>&, const ParticleView<2>&, int);
-template double reach_of(const MethodSpec&, const Lattice<3>&, const ParticleView<3>&, int);
+template DomainReach reach_of(const MethodSpec&, const Lattice<1>&, const ParticleView<1>&, int);
+template DomainReach reach_of(const MethodSpec&, const Lattice<2>&, const ParticleView<2>&, int);
+template DomainReach reach_of(const MethodSpec&, const Lattice<3>&, const ParticleView<3>&, int);
 
 }  // namespace ordo

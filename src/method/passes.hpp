@@ -27,8 +27,11 @@ struct Passes {
 template <int D>
 Passes<D> choose_passes(const MethodSpec& spec, bool body_force);
 
-/// The distance from particle i to the edge of its domain, in cells.
+/// The distance from a particle to the edge of its domain, and the largest that the passes hold, in cells.
+struct DomainReach {
+    double cells, max;
+};
 template <int D>
-double reach_of(const MethodSpec& spec, const Lattice<D>& lattice, const ParticleView<D>& p, int i);
+DomainReach reach_of(const MethodSpec& spec, const Lattice<D>& lattice, const ParticleView<D>& p, int i);
 
 }  // namespace ordo

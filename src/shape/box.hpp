@@ -6,6 +6,7 @@
 #include "shape/stencil.hpp"
 
 #include <cmath>
+#include <limits>
 
 namespace ordo {
 
@@ -19,7 +20,10 @@ struct Box {
     ORDO_FLAT static double reach(const Lattice<D>& g, const ParticleView<D>& p, int i)
     {
         double r = 0.0;
-        for (int a = 0; a < D; ++a) r = larger(r, p.half[i][a] * g.inv_h[a]);
+        for (int a = 0; a < D; ++a) {
+            if (!(p.half[i][a] > 0)) return std::numeric_limits<double>::quiet_NaN();  // a stretched box that has turned over
+            r = larger(r, p.half[i][a] * g.inv_h[a]);
+        }
         return r;
     }
 

@@ -1,7 +1,9 @@
 // Basis `hat`: piecewise linear functions of one axis.
 #pragma once
 
-#include "base/config.hpp"
+#include "base/vec.hpp"
+
+#include <limits>
 
 namespace ordo {
 
@@ -9,16 +11,20 @@ namespace ordo {
 struct Hat {
     static constexpr int width = 2;  ///< functions that do not vanish in a cell
 
+    /// Values and slopes. On a cell face the value of the far node is the smallest there is instead of zero: where it
+    /// holds no other mass it must still have the velocity that its slope will ask for.
     ORDO_FLAT static int row(double y, double (&w)[width], double (&dw)[width])
     {
-        const int cell = static_cast<int>(y);
-        const double f = y - cell;
-        w[0]           = 1 - f;
-        w[1]           = f;
-        dw[0]          = -1;
-        dw[1]          = 1;
+        constexpr double least = std::numeric_limits<double>::epsilon();
+        const int cell         = static_cast<int>(y);
+        const double f         = smaller(larger(y - cell, least), 1 - least);
+        w[0]                   = 1 - f;
+        w[1]                   = f;
+        dw[0]                  = -1;
+        dw[1]                  = 1;
         return cell;
     }
+    /// Values alone.
     ORDO_FLAT static int row(double y, double (&w)[width])
     {
         const int cell = static_cast<int>(y);

@@ -102,7 +102,7 @@ TEST(Scatter, WideDomains)
         }
         f.s.reach = 0;
         for (int i = 0; i < f.s.particles.count; ++i)
-            f.s.reach = std::max(f.s.reach, reach_of<2>(f.method.model().method, f.s.lattice, f.s.particles.view(), i));
+            f.s.reach = std::max(f.s.reach, reach_of<2>(f.method.model().method, f.s.lattice, f.s.particles.view(), i).cells);
         ASSERT_GT(f.s.reach, 2.0);
         EXPECT_FALSE(is_sorted_enough(f.s));
         sort_particles(f.method.model(), f.s);
@@ -245,7 +245,20 @@ TEST(Gather, FaultsAreReported)
                   for (Lanes& n : f.s.nodes) n = make_lanes(10, 0, 0, 1, 0, 0, 0, 0);
               }),
               (std::pair{Fault::left_grid, 0}));
+    EXPECT_EQ(report_of([](auto& f) { f.s.particles.v[8][1] = std::nan(""); }), (std::pair{Fault::not_finite, 8}));
     EXPECT_EQ(report_of([](auto& f) { f.s.particles.edges0[3] *= 1e4; }), (std::pair{Fault::domain_too_wide, 3}));
+}
+
+/// A box stretched by F_aa <= 0 has turned over: no length, no weights that mean anything.
+TEST(Gather, TurnedBoxesAreReported)
+{
+    Fixture<2> f(Domain::stretched_box, 0.0);
+    for (Lanes& n : f.s.nodes) n = Lanes{};
+    f.s.particles.F[4] = Mat<2>{{{-0.5, 1}, {-1, -0.5}}};  // J > 0
+    TileReport report;
+    f.passes.update_all(f.sweep(1.0), 0, f.s.particles.count, report);
+    EXPECT_EQ(report.fault, Fault::domain_turned);
+    EXPECT_EQ(report.particle, 4);
 }
 
 /// The same bytes for 1, 2, 3 and 8 threads, after several whole steps.
@@ -260,7 +273,7 @@ void check_threads(Domain domain, Scheme scheme)
         const Explicit<D> method(std::move(model));
         State<D> s = method.start(test::make_particles(method.model(), test::block(method.model(), 0.25, 0.75, 2)));
         for (int i = 0; i < s.particles.count; ++i)
-            for (int a = 0; a < D; ++a) s.particles.v[i][a] = test::uniform(random, -0.1, 0.1);
+            for (int a = 0; a < D; ++a) s.particles.v[i][a] = 2 + test::uniform(random, -0.1, 0.1);
         for (int k = 0; k < 10; ++k) method.step(s, 0.3 * courant_time_step(method.model(), s.particles));
         return s;
     };

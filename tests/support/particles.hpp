@@ -95,7 +95,7 @@ State<D> random_state(const Explicit<D>& method, int count, Random& random, doub
         if (!p.edges.empty()) p.edges[i] = p.F[i] * p.edges0[i];
         if (!p.half.empty())
             for (int a = 0; a < D; ++a) p.half[i][a] = p.F[i](a, a) * p.half0[i][a];
-        s.reach = std::max(s.reach, reach_of<D>(model.method, s.lattice, p.view(), i));
+        s.reach = std::max(s.reach, reach_of<D>(model.method, s.lattice, p.view(), i).cells);
     }
     return s;
 }

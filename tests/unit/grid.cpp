@@ -28,7 +28,7 @@ TEST(Tiles, WidthKeepsTilesOfOneColourApart)
 {
     for (int halo = 1; halo < 40; ++halo) {
         const int w = Tiles<1>::width_for(halo);
-        EXPECT_LT(w + halo, 2 * w - halo);
+        EXPECT_LT(w + halo + 1, 2 * w - halo);
     }
 }
 
@@ -128,7 +128,7 @@ TEST(Boundary, PlanesActFromTheirNodeOutwards)
         const Constraints<1> constraints(boundaries, lattice, tiles);
         Array<Lanes> nodes(lattice.node_count());
         for (Lanes& n : nodes) n = make_lanes(1, 1, 1, 1, 1, 1, 1, 1);
-        constraints.apply(nodes.data(), 0.0);
+        constraints.apply(boundaries, nodes.data(), 0.0);
         for (int k = 0; k < lattice.nodes[0]; ++k) {
             const bool held = k - 2 >= c.first_constrained && k - 2 <= c.last_constrained;
             EXPECT_EQ(nodes[static_cast<std::size_t>(k)][NodeLane::velocity], held ? 0.0 : 1.0) << c.at << " node " << k - 2;
@@ -137,31 +137,54 @@ TEST(Boundary, PlanesActFromTheirNodeOutwards)
     }
 }
 
-TEST(Boundary, TypesActOnTheirComponents)
-{
-    const Lattice<2> lattice(Vec<2>{}, Vec<2>::filled(0.5), {2, 2}, {}, 1);
-    Tiles<2> tiles(lattice, 0);
-    std::vector<std::uint64_t> keys;
-    IndexBox<2>{{1, 1}, {3, 3}}.for_each([&](const Index<2>& c) { keys.push_back(tiles.key(c)); });
-    std::sort(keys.begin(), keys.end());
-    tiles.assign(keys);
-    auto apply = [&](BoundaryType type, auto value) {
-        std::vector<Boundary<2>> b(1);
-        b[0].axis  = 1;
-        b[0].type  = type;
-        b[0].value = value;
+struct BoundaryTypes : testing::Test {
+    using Value = std::array<std::optional<Field>, 2>;
+    struct Condition {
+        BoundaryType type;
+        Value value = Value();
+    };
+    const Condition fixed{BoundaryType::fixed}, symmetry{BoundaryType::symmetry};
+    const Field twice_t{std::function<double(const FieldPoint&)>([](const FieldPoint& at) { return 2 * at.t; })};
+    const Condition along_y{BoundaryType::velocity, Value{std::nullopt, twice_t}};  ///< x stays free
+    const Condition constant{BoundaryType::velocity, Value{Field(7.0), Field(8.0)}};
+
+    /// Velocity and increment of the node at the origin, before (3, 4) and (0.5, 0.25), under conditions on y-min at t = 2.
+    static std::array<double, 4> apply(const std::vector<Condition>& conditions)
+    {
+        const Lattice<2> lattice(Vec<2>{}, Vec<2>::filled(0.5), {2, 2}, {}, 1);
+        Tiles<2> tiles(lattice, 0);
+        std::vector<std::uint64_t> keys;
+        IndexBox<2>{{1, 1}, {3, 3}}.for_each([&](const Index<2>& c) { keys.push_back(tiles.key(c)); });
+        std::sort(keys.begin(), keys.end());
+        tiles.assign(keys);
+        std::vector<Boundary<2>> boundaries;
+        for (const auto& [type, value] : conditions) {
+            Boundary<2>& b = boundaries.emplace_back();
+            b.axis         = 1;
+            b.type         = type;
+            b.value        = value;
+        }
         Array<Lanes> nodes(lattice.node_count());
         for (Lanes& n : nodes) n = make_lanes(3, 4, 0, 1, 0.5, 0.25, 0, 0);
-        Constraints<2>(b, lattice, tiles).apply(nodes.data(), 2.0);
+        Constraints<2>(boundaries, lattice, tiles).apply(boundaries, nodes.data(), 2.0);
         const Lanes& n = nodes[lattice.offset({1, 1})];
-        return std::array{n[0], n[1], n[4], n[5]};
-    };
-    using Value = std::array<std::optional<Field>, 2>;
-    EXPECT_EQ(apply(BoundaryType::fixed, Value{}), (std::array{0.0, 0.0, 0.0, 0.0}));
-    EXPECT_EQ(apply(BoundaryType::symmetry, Value{}), (std::array{3.0, 0.0, 0.5, 0.0}));
-    // Prescribed 2 t = 4 along y: the increment leads from the projected 4 - 0.25 to it; x stays free.
-    const Field twice_t(std::function<double(const FieldPoint&)>([](const FieldPoint& at) { return 2 * at.t; }));
-    EXPECT_EQ(apply(BoundaryType::velocity, Value{std::nullopt, twice_t}), (std::array{3.0, 4.0, 0.5, 0.25}));
+        return {n[0], n[1], n[4], n[5]};
+    }
+};
+TEST_F(BoundaryTypes, ActOnTheirComponents)
+{
+    EXPECT_EQ(apply({fixed}), (std::array{0.0, 0.0, 0.0, 0.0}));
+    EXPECT_EQ(apply({symmetry}), (std::array{3.0, 0.0, 0.5, 0.0}));
+    // Prescribed 4: the increment leads from the projected 4 - 0.25 to it.
+    EXPECT_EQ(apply({along_y}), (std::array{3.0, 4.0, 0.5, 0.25}));
+}
+/// The condition that loses leaves no trace.
+TEST_F(BoundaryTypes, LaterConditionsWin)
+{
+    EXPECT_EQ(apply({fixed, along_y}), (std::array{0.0, 4.0, 0.0, 0.25}));
+    EXPECT_EQ(apply({symmetry, along_y}), (std::array{3.0, 4.0, 0.5, 0.25}));
+    EXPECT_EQ(apply({along_y, fixed}), (std::array{0.0, 0.0, 0.0, 0.0}));
+    EXPECT_EQ(apply({constant, along_y}), (std::array{7.0, 4.0, 4.5, 0.25}));
 }
 
 }  // namespace
