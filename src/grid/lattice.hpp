@@ -2,6 +2,7 @@
 // Used by shapes and kernels; knows nothing of particles.
 #pragma once
 
+#include "base/index.hpp"
 #include "base/lanes.hpp"
 #include "base/vec.hpp"
 
@@ -16,34 +17,6 @@ struct NodeLane {
     static constexpr int mass      = 3;
     static constexpr int increment = 4;
     static constexpr int end       = 8;
-};
-
-/// Indices of a node, a cell or a tile along each axis.
-template <int D>
-using Index = Vec<D, int>;
-
-/// The indices lo <= k < hi.
-template <int D>
-struct IndexBox {
-    Index<D> lo, hi;
-
-    /// f(k) for each index of the box, the first axis fastest.
-    template <class F>
-    void for_each(F&& f) const
-    {
-        for (int a = 0; a < D; ++a)
-            if (lo[a] >= hi[a]) return;
-        Index<D> k = lo;
-        for (;;) {
-            f(k);
-            int a = 0;
-            while (a < D && ++k[a] == hi[a]) {
-                k[a] = lo[a];
-                ++a;
-            }
-            if (a == D) return;
-        }
-    }
 };
 
 /// A regular lattice of cells of size h with `margin` extra layers of nodes around it, so that domains that reach over

@@ -30,6 +30,32 @@ std::string to_text(const Vec<D>& v)
     return r + ")";
 }
 
+/// Throws where an expression does not give numbers at the start.
+template <int D>
+void require_finite(const Vec<D>& value, const std::vector<Expression>& from, const Vec<D>& at)
+{
+    for (int a = 0; a < D; ++a)
+        if (!std::isfinite(value[a]))
+            fail(from[a].place, from[a].key,
+                 fmt::format("is {} at {}, t = 0; the expression must give a number everywhere", std::fabs(value[a]),
+                             to_text(at)));
+}
+
+/// Prescribed velocities must be numbers on the nodes of their plane.
+template <int D>
+void require_finite(const Boundary<D>& b, const std::vector<Expression>& from, const Model<D>& model)
+{
+    Index<D> n{};
+    for (int a = 0; a < D; ++a) n[a] = a == b.axis ? 1 : model.cells[a] + 1;
+    IndexBox<D>{{}, n}.for_each([&](const Index<D>& k) {
+        Vec<D> x{}, value{};
+        for (int a = 0; a < D; ++a) x[a] = a == b.axis ? b.at : model.origin[a] + k[a] * model.h[a];
+        for (int a = 0; a < D; ++a)
+            if (b.value[a]) value[a] = (*b.value[a])({padded(x), padded(x), 0.0});
+        require_finite(value, from, x);
+    });
+}
+
 template <int D>
 void set_up_boundaries(const CaseInput& in, Model<D>& model)
 {
@@ -48,6 +74,7 @@ void set_up_boundaries(const CaseInput& in, Model<D>& model)
                                                       : BoundaryType::velocity;
             for (int a = 0; a < D && r.type == BoundaryType::velocity; ++a)
                 if (b.value[a].value != decltype(b.value[a].value){"free"}) r.value[a] = make_field(b.value[a]);
+            if (r.type == BoundaryType::velocity) require_finite(r, b.value, model);
             model.boundaries.push_back(std::move(r));
         }
     for (const BoundaryInput& b : in.boundaries)
@@ -183,9 +210,9 @@ void require_apart(const CaseInput& in, const std::vector<Seed<D>>& seeds, const
         const Seed<D>& s       = seeds[i];
         const Mat<D> to_domain = inverse(s.edges);
         const Vec<D> reach     = reach_of_domain(s);
-        Vec<D, int> n{};
+        Index<D> n{};
         for (int a = 0; a < D; ++a) n[a] = static_cast<int>(std::ceil(2 * reach[a] / model.h[a])) + 1;
-        ordo::detail::for_each_cell<D>(n, [&](const Vec<D, int>& k) {
+        IndexBox<D>{{}, n}.for_each([&](const Index<D>& k) {
             Vec<D> at{};
             for (int a = 0; a < D; ++a) at[a] = s.x[a] - reach[a] + std::min(k[a] * model.h[a], 2 * reach[a]);
             const std::uint64_t bin = bin_of(at);
@@ -203,41 +230,6 @@ void require_apart(const CaseInput& in, const std::vector<Seed<D>>& seeds, const
                                      &one == &other ? "itself" : "body \"" + other.name + "\"", to_text(seeds[j].x)));
             }
         });
-    }
-}
-
-template <int D>
-void require_finite(const Vec<D>& value, const std::vector<Expression>& from, const Vec<D>& at)
-{
-    for (int a = 0; a < D; ++a)
-        if (!std::isfinite(value[a]))
-            fail(from[a].place, from[a].key,
-                 fmt::format("is {} at {}, t = 0; the expression must give a number everywhere", std::fabs(value[a]),
-                             to_text(at)));
-}
-
-/// Prescribed velocities must be numbers on the nodes of their plane.
-template <int D>
-void require_finite_boundaries(const CaseInput& in, const Model<D>& model)
-{
-    for (const BoundaryInput& b : in.boundaries) {
-        if (b.type != "velocity") continue;
-        for (const std::string& face : b.face) {
-            const int axis = face[0] - 'x';
-            const double at =
-                b.at_coordinate.value_or(model.origin[axis] + (face.ends_with("max") ? model.cells[axis] * model.h[axis] : 0.0));
-            Vec<D, int> n{};
-            for (int a = 0; a < D; ++a) n[a] = a == axis ? 1 : model.cells[a] + 1;
-            ordo::detail::for_each_cell<D>(n, [&](const Vec<D, int>& k) {
-                Vec<D> x{}, value{};
-                for (int a = 0; a < D; ++a) x[a] = a == axis ? at : model.origin[a] + k[a] * model.h[a];
-                for (const Boundary<D>& condition : model.boundaries)
-                    for (int a = 0; a < D; ++a)
-                        if (condition.axis == axis && condition.at == at && condition.value[a])
-                            value[a] = (*condition.value[a])({padded(x), padded(x), 0.0});
-                require_finite(value, b.value, x);
-            });
-        }
     }
 }
 
@@ -313,7 +305,6 @@ Built<D> build(const CaseInput& in)
                 p.half0[i][a] = std::sqrt(along);
             }
     }
-    require_finite_boundaries(in, model);
     require_stable(in, model, p);
     return {std::move(model), std::move(p)};
 }

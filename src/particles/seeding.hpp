@@ -2,7 +2,7 @@
 // Points at left edges would make MPM, cpGIMP and CPDI first order (methods: Gong's errata, 21).
 #pragma once
 
-#include "base/vec.hpp"
+#include "base/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +30,7 @@ struct Bounds {
 template <int D>
 struct SubCells {
     Vec<D> origin, h;
-    Vec<D, int> n;
+    Index<D> n;
 };
 
 template <int D>
@@ -95,33 +95,12 @@ struct Tube {
     }
 };
 
-namespace detail {
-
-/// f(k) for each index 0 <= k < n, the first axis fastest.
-template <int D, class F>
-void for_each_cell(const Vec<D, int>& n, F&& f)
-{
-    std::ptrdiff_t total = 1;
-    for (int a = 0; a < D; ++a) total *= n[a];
-    for (std::ptrdiff_t flat = 0; flat < total; ++flat) {
-        Vec<D, int> k{};
-        std::ptrdiff_t rest = flat;
-        for (int a = 0; a < D; ++a) {
-            k[a] = static_cast<int>(rest % n[a]);
-            rest /= n[a];
-        }
-        f(k);
-    }
-}
-
-}  // namespace detail
-
 /// The sub-cells of the grid whose centre lies in the shape.
 template <int D, class Shape>
 std::vector<Seed<D>> fill(const Shape& shape, const SubCells<D>& cells)
 {
     const Bounds<D> bounds = shape.bounds();
-    Vec<D, int> first{}, n{};
+    Index<D> first{}, n{};
     Seed<D> seed{.x = {}, .volume = 1.0, .edges = {}};
     Vec<D> s{};
     for (int a = 0; a < D; ++a) {
@@ -132,7 +111,7 @@ std::vector<Seed<D>> fill(const Shape& shape, const SubCells<D>& cells)
         seed.edges(a, a) = s[a] / 2;
     }
     std::vector<Seed<D>> seeds;
-    detail::for_each_cell<D>(n, [&](const Vec<D, int>& k) {
+    IndexBox<D>{{}, n}.for_each([&](const Index<D>& k) {
         for (int a = 0; a < D; ++a) seed.x[a] = cells.origin[a] + (first[a] + k[a] + 0.5) * s[a];
         if (shape.contains(seed.x)) seeds.push_back(seed);
     });
@@ -143,7 +122,7 @@ std::vector<Seed<D>> fill(const Shape& shape, const SubCells<D>& cells)
 template <int D>
 std::vector<Seed<D>> fill_box(const Bounds<D>& box, const SubCells<D>& cells)
 {
-    Vec<D, int> n{};
+    Index<D> n{};
     Seed<D> seed{.x = {}, .volume = 1.0, .edges = {}};
     Vec<D> s{};
     for (int a = 0; a < D; ++a) {
@@ -154,7 +133,7 @@ std::vector<Seed<D>> fill_box(const Bounds<D>& box, const SubCells<D>& cells)
         seed.edges(a, a) = s[a] / 2;
     }
     std::vector<Seed<D>> seeds;
-    detail::for_each_cell<D>(n, [&](const Vec<D, int>& k) {
+    IndexBox<D>{{}, n}.for_each([&](const Index<D>& k) {
         for (int a = 0; a < D; ++a) seed.x[a] = box.lower[a] + (k[a] + 0.5) * s[a];
         seeds.push_back(seed);
     });

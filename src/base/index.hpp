@@ -1,0 +1,36 @@
+// Indices of nodes, cells and tiles, and boxes of them.
+#pragma once
+
+#include "base/vec.hpp"
+
+namespace ordo {
+
+/// Indices of a node, a cell or a tile along each axis.
+template <int D>
+using Index = Vec<D, int>;
+
+/// The indices lo <= k < hi.
+template <int D>
+struct IndexBox {
+    Index<D> lo, hi;
+
+    /// f(k) for each index of the box, the first axis fastest.
+    template <class F>
+    void for_each(F&& f) const
+    {
+        for (int a = 0; a < D; ++a)
+            if (lo[a] >= hi[a]) return;
+        Index<D> k = lo;
+        for (;;) {
+            f(k);
+            int a = 0;
+            while (a < D && ++k[a] == hi[a]) {
+                k[a] = lo[a];
+                ++a;
+            }
+            if (a == D) return;
+        }
+    }
+};
+
+}  // namespace ordo
