@@ -17,6 +17,9 @@ for preset in minimal asan-ubsan release dev; do
   step "$preset"
   cmake --preset "$preset" >/dev/null
   cmake --build --preset "$preset"
-  [ "$preset" = dev ] && scripts/check_headers.sh build/dev
+  if [ "$preset" = dev ]; then
+    scripts/check_headers.sh build/dev
+    printf '%s\0' src/*/*.cpp | xargs -0 -P 2 -n 1 clang-tidy -p build/dev --quiet --warnings-as-errors='*' 2>/dev/null
+  fi
   ctest --preset "$preset" --progress
 done

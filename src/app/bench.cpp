@@ -70,7 +70,8 @@ int bench_method(const BenchOptions& options, const MethodSpec& spec)
     model.materials = {{MaterialModel::neo_hookean, 1e3, E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))}};
     model.body_forces.resize(1);
 
-    const auto seeds = fill_box(Bounds<D>{Vec<D>::filled(n / 8 * h), Vec<D>::filled((n - n / 8) * h)},
+    const int low    = n / 8;
+    const auto seeds = fill_box(Bounds<D>{Vec<D>::filled(low * h), Vec<D>::filled((n - low) * h)},
                                 SubCells<D>{Vec<D>{}, model.h, Index<D>::filled(2)});
     Particles<D> p(static_cast<int>(seeds.size()), field_groups(model));
     for (int i = 0; i < p.count; ++i) {
@@ -92,9 +93,9 @@ int bench_method(const BenchOptions& options, const MethodSpec& spec)
     for (int k = 0; k < options.steps; ++k) method.step(s, dt);
     const double seconds = seconds_since(begin);
 
-    const double work  = static_cast<double>(s.particles.count) * options.steps;
-    const double bytes = static_cast<double>(s.particles.bytes_per_particle());
-    double named       = 0;
+    const double work       = static_cast<double>(s.particles.count) * options.steps;
+    const std::size_t bytes = s.particles.bytes_per_particle();
+    double named            = 0;
     std::string json =
         fmt::format("{{\"method\": \"{}\", \"dim\": {}, \"particles\": {}, \"cells_per_axis\": {}, \"steps\": {}, \"threads\": "
                     "{},\n \"seconds\": {}, \"particle_steps_per_second\": {},\n \"ns_per_particle\": {{",
@@ -130,7 +131,7 @@ int bench_machine(const BenchOptions& options)
         for (int c = 0; c < chains; ++c) x[c] = make_lanes(c, 1, 2, 3, 4, 5, 6, 7);
         const Lanes a = make_lanes(1, 2, 3, 4, 5, 6, 7, 8);
         for (long k = 0; k < turns; ++k)
-            for (int c = 0; c < chains; ++c) x[c] = a + x[c] * 0.999;
+            for (Lanes& l : x) l = a + l * 0.999;
         for (const Lanes& l : x) sums[static_cast<std::size_t>(t)] += l[0];
     });
     const double gflops = 2.0 * 8 * chains * turns * threads / seconds_since(begin) * 1e-9;

@@ -76,7 +76,7 @@ class ParsedField {
 Field make_field(const Expression& expression)
 {
     if (const double* number = std::get_if<double>(&expression.value)) return *number;
-    const std::string& text = std::get<std::string>(expression.value);
+    const auto& text = std::get<std::string>(expression.value);
     try {
         if (has_assignment(text)) throw mu::ParserError("it assigns with =");
         return Field(std::function<double(const FieldPoint&)>(ParsedField(text)));
