@@ -1,6 +1,7 @@
 // The command line of ordo. Exit codes: 0 good, 1 the run or a check failed, 2 bad usage or input.
 #include "app/commands.hpp"
 #include "base/error.hpp"
+#include "base/message.hpp"
 #include "base/parallel.hpp"
 #include "io/schema.hpp"
 #include "ordo_version.hpp"
@@ -8,7 +9,10 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <filesystem>
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <iostream>
 #include <new>
 
 namespace {
@@ -98,17 +102,23 @@ int dispatch(int argc, char** argv)
 
 int main(int argc, char** argv)
 {
+    using ordo::say;
+    std::signal(SIGPIPE, SIG_IGN);  // a reader that goes away must not end a run
     try {
-        return dispatch(argc, argv);
+        const int result = dispatch(argc, argv);
+        std::cout.flush();
+        if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good()) return result;
+        say("ordo: stdout cannot be written\n");
+        return result == 0 ? 1 : result;
     } catch (const ordo::InputError& e) {
-        fmt::print(stderr, "ordo: error: {}\n", e.what());
+        say("ordo: error: {}\n", e.what());
         return 2;
     } catch (const ordo::NumericalError& e) {
-        fmt::print(stderr, "ordo: the run failed: {}\n", e.what());
+        say("ordo: the run failed: {}\n", e.what());
     } catch (const std::bad_alloc&) {
-        fmt::print(stderr, "ordo: the run failed: out of memory; use fewer particles or a coarser grid\n");
+        say("ordo: the run failed: out of memory; use fewer particles or a coarser grid\n");
     } catch (const std::exception& e) {
-        fmt::print(stderr, "ordo: the run failed: {}\n", e.what());
+        say("ordo: the run failed: {}\n", e.what());
     }
     return 1;
 }

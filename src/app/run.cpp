@@ -1,8 +1,10 @@
 #include "app/commands.hpp"
+#include "base/message.hpp"
 #include "base/parallel.hpp"
 #include "io/build.hpp"
 #include "io/progress.hpp"
 #include "io/writer.hpp"
+#include "method/diagnostics.hpp"
 #include "method/explicit.hpp"
 
 #include <fmt/format.h>
@@ -19,7 +21,7 @@ volatile std::sig_atomic_t g_signal = 0;
 
 extern "C" void remember_signal(int signal) { g_signal = signal; }
 
-/// Finishes the step on SIGINT and SIGTERM; a second signal of the same kind kills.
+/// Finishes the step on SIGINT, SIGTERM and SIGHUP; a second signal of the same kind kills.
 void catch_signals()
 {
     struct sigaction action {};
@@ -27,6 +29,7 @@ void catch_signals()
     action.sa_flags   = static_cast<int>(SA_RESETHAND);
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
+    sigaction(SIGHUP, &action, nullptr);
 }
 
 io::CaseInput read(const RunOptions& options)
@@ -59,8 +62,8 @@ int run_case(const io::CaseInput& input, bool quiet)
     State<D> s = method.start(std::move(built.particles));
     io::Writer<D> writer(input, method.model(), s.particles);
     if (!quiet)
-        fmt::print(stderr, "{}: {}D, {} particles, {} on {} thread{}\n", input.title.empty() ? "ordo" : input.title, D,
-                   s.particles.count, input.method.preset, thread_count(), thread_count() > 1 ? "s" : "");
+        say("{}: {}D, {} particles, {} on {} thread{}\n", input.title.empty() ? "ordo" : input.title, D, s.particles.count,
+            input.method.preset, thread_count(), thread_count() > 1 ? "s" : "");
 
     catch_signals();
     io::Progress progress(quiet, input.time.end);
@@ -72,7 +75,6 @@ int run_case(const io::CaseInput& input, bool quiet)
         row_step = s.n;
     };
     auto frame = [&] {
-        row();
         if (frame_step != s.n) writer.frame(s);
         frame_step = s.n;
     };
@@ -80,9 +82,9 @@ int run_case(const io::CaseInput& input, bool quiet)
         frame();
         writer.finish();
         progress.done(s.n, s.t);
-        if (!quiet)
-            fmt::print(stderr, "wrote {} frames and history.csv to {}\n", writer.frame_count(), writer.directory().string());
+        if (!quiet) say("wrote {} frames and history.csv to {}\n", writer.frame_count(), writer.directory().string());
     };
+    row();
     frame();
     double next_frame = interval;
     while (s.t < end && !g_signal) {
@@ -92,21 +94,23 @@ int run_case(const io::CaseInput& input, bool quiet)
         try {
             method.step(s, dt);
         } catch (const NumericalError&) {
+            if (std::isfinite(totals(method.model(), s.particles).total_energy())) row();  // else the sums mean nothing
             finish();
             throw;
         }
         if (last) s.t = end;
         if (s.n % input.output.history_interval == 0) row();
         if (s.t >= next_frame - 1e-9 * dt) {
+            row();
             frame();
             next_frame = (std::floor(s.t / interval + 1e-9) + 1) * interval;
         }
         progress.show(s.n, s.t, dt);
     }
+    row();
     finish();
     if (!g_signal) return 0;
-    fmt::print(stderr, "ordo: stopped by signal {} at t = {:.6g} s; what was computed is written\n", static_cast<int>(g_signal),
-               s.t);
+    say("ordo: stopped by signal {} at t = {:.6g} s; what was computed is written\n", static_cast<int>(g_signal), s.t);
     return 128 + static_cast<int>(g_signal);
 }
 

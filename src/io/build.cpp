@@ -109,6 +109,10 @@ std::vector<Seed<D>> seed_round(const BodyInput& b, const SubCells<D>& cells)
         const int radial  = count(b.radial, tube.outer - tube.inner, cells.h[e1] / cells.n[e1]);
         const int angular = count(b.angular, (tube.to - tube.from) * (tube.inner + tube.outer) / 2, cells.h[e2] / cells.n[e2]);
         const int layers  = D == 3 ? count(b.layers, tube.top - tube.bottom, cells.h[tube.axis] / cells.n[tube.axis]) : 1;
+        if ((tube.to - tube.from) / angular > 60 * degree * (1 + 1e-12))
+            b.fail("angular",
+                   fmt::format("makes cells of {:.3g} degrees; at most 60 are allowed, for a domain is drawn with straight sides",
+                               (tube.to - tube.from) / angular / degree));
         return fill_polar(tube, radial, angular, layers);
     }
     throw std::logic_error("seed_round: unhandled shape");
@@ -185,11 +189,12 @@ void require_apart(const CaseInput& in, const std::vector<Seed<D>>& seeds, const
         }
     }
     auto is_candidate = [&](std::size_t i) {
+        const Vec<D> r = reach_of_domain(seeds[i]);
         for (std::size_t k = 0; k < bounds.size(); ++k) {
-            bool inside = static_cast<int>(k) != body[i];
+            bool meets = static_cast<int>(k) != body[i];
             for (int a = 0; a < D; ++a)
-                inside = inside && seeds[i].x[a] > bounds[k].lower[a] && seeds[i].x[a] < bounds[k].upper[a];
-            if (inside) return true;
+                meets = meets && seeds[i].x[a] + r[a] > bounds[k].lower[a] && seeds[i].x[a] - r[a] < bounds[k].upper[a];
+            if (meets) return true;
         }
         return !in.bodies[body[i]].file.empty();
     };
@@ -292,8 +297,8 @@ Built<D> build(const CaseInput& in)
         p.V0[i]          = s.volume;
         p.m[i]           = s.volume * model.materials[material[k]].density;
         p.id[i]          = i;
-        p.body[i]        = static_cast<std::int16_t>(k);
-        p.material[i]    = static_cast<std::int16_t>(material[k]);
+        p.body[i]        = k;
+        p.material[i]    = material[k];
         p.v[i]           = evaluate<D>(velocity[k], {padded(s.x), padded(s.x), 0.0});
         require_finite(p.v[i], in.bodies[k].velocity, s.x);
         require_finite(evaluate<D>(model.body_forces[k], {padded(s.x), padded(s.x), 0.0}), in.bodies[k].body_force, s.x);

@@ -64,10 +64,13 @@ void LineFile::add(std::string_view line)
 void LineFile::flush(When when)
 {
     constexpr std::chrono::seconds pause(1);
-    if (pending_.empty() || (when == When::soon && Clock::now() - last_ < pause)) return;
+    constexpr std::uintmax_t small = 1 << 20;  // bytes that are copied in no time
+    if (pending_.empty()) return;
+    if (when == When::soon && size_ > small && Clock::now() - last_ < pause) return;
     AtomicFile file(path_, AtomicFile::Start::copy);
     file.write(pending_);
     file.commit();
+    size_ += pending_.size();
     pending_.clear();
     last_ = Clock::now();
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -46,7 +47,7 @@ class LineFile {
     LineFile(std::filesystem::path path, std::string_view header);
 
     void add(std::string_view line);
-    /// Writes the lines added so far; while the file was written less than a second ago it may wait.
+    /// Writes the lines added so far; a large file waits until a second has passed since the last time.
     enum class When { soon, now };
     void flush(When when);
 
@@ -54,6 +55,7 @@ class LineFile {
     using Clock = std::chrono::steady_clock;
     std::filesystem::path path_;
     std::string pending_;
+    std::uintmax_t size_    = 0;
     Clock::time_point last_ = Clock::now();
 };
 

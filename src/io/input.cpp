@@ -136,9 +136,9 @@ const Section<BodyInput>& body_section()
 const Section<BoundaryInput>& boundary_section()
 {
     static const Section<BoundaryInput> s{
-        .name = "boundary", .what = "A condition on the nodes of a face, or of a plane parallel to it and all nodes beyond. Faces without one are free: particles that leave there end the run. Later entries win where they meet.", .repeated = true,
+        .name = "boundary", .what = "A condition on the nodes of a face, or of a plane parallel to it and all nodes beyond. It stays in its place and does not follow the material. Faces without one are free: particles that leave there end the run. Later entries win where they meet.", .repeated = true,
         .keys = {{&BoundaryInput::face, {.name = "face", .what = "one face or a list of them", .required = true, .choices = kFaces}},
-                 {&BoundaryInput::type, {.name = "type", .what = "fixed: no velocity; symmetry: none across the plane (slip); velocity: prescribed by value; periodic: both faces of the axis are one; free: no condition", .required = true, .choices = {"fixed", "symmetry", "velocity", "periodic", "free"}}},
+                 {&BoundaryInput::type, {.name = "type", .what = "fixed: no velocity; symmetry: none across the plane (slip); velocity: prescribed by value, particles near it gain what leads its nodes there (with value 0 this is not fixed, which leaves them alone); periodic: both faces of the axis are one; free: no condition", .required = true, .choices = {"fixed", "symmetry", "velocity", "periodic", "free"}}},
                  {&BoundaryInput::at_coordinate, {.name = "at", .what = "coordinate of the plane; between nodes it acts from the first node beyond", .unit = "m", .default_text = "the face of the grid"}},
                  {&BoundaryInput::value, {.name = "value", .what = "velocity per axis; \"free\" leaves an axis alone", .unit = "m/s", .per_axis = true}}}};
     return s;
@@ -166,7 +166,7 @@ const Section<ProbeInput>& probe_section()
         .name = "probe", .what = "A particle to follow, or a point in space to watch: probe_NAME.csv.", .repeated = true,
         .keys = {{&ProbeInput::name, {.name = "name", .what = "part of the file's name", .required = true}},
                  {&ProbeInput::particle, {.name = "particle", .what = "the particle that starts nearest to this place", .unit = "m", .per_axis = true}},
-                 {&ProbeInput::point, {.name = "point", .what = "a fixed place; velocity and density are those of the grid", .unit = "m", .per_axis = true}}}};
+                 {&ProbeInput::point, {.name = "point", .what = "a fixed place; velocity and density are those of the grid, from the first step on", .unit = "m", .per_axis = true}}}};
     return s;
 }
 
@@ -377,8 +377,8 @@ void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
     if (in.shape == "box")
         for (int a = 0; a < dim; ++a)
             if (!(in.lower[a] < in.upper[a]))
-                in.fail("upper",
-                        fmt::format("must be larger than lower on every axis (axis {}: {} and {})", a, in.lower[a], in.upper[a]));
+                in.fail("upper", fmt::format("must be larger than lower on every axis (axis {}: {} and {})", "xyz"[a],
+                                             in.lower[a], in.upper[a]));
     if (in.inner_radius && *in.inner_radius >= *in.radius)
         in.fail("inner_radius", fmt::format("must be smaller than radius {} (got {})", *in.radius, *in.inner_radius));
     if (in.has("angle") && in.angle.size() != 2) in.fail("angle", "must be two angles in degrees, [first, last]");
@@ -452,9 +452,10 @@ void validate(CaseInput& c, const std::filesystem::path& file)
         cells *= n;
         if (std::fabs(n - std::round(n)) > 1e-6 * std::max(1.0, n) || std::round(n) < 1)
             c.grid.fail("spacing",
-                        fmt::format("must divide the size {} of axis {} into whole cells (got {}); {} would", c.grid.size[a], a,
-                                    c.grid.spacing[a], c.grid.size[a] / std::max(1.0, std::round(n))));
-        if (n > 1e6) c.grid.fail("spacing", fmt::format("gives {:.3g} cells along axis {}; at most 1e6 are allowed", n, a));
+                        fmt::format("must divide the size {} of axis {} into whole cells (got {}); {} would", c.grid.size[a],
+                                    "xyz"[a], c.grid.spacing[a], c.grid.size[a] / std::max(1.0, std::round(n))));
+        if (n > 1e6)
+            c.grid.fail("spacing", fmt::format("gives {:.3g} cells along axis {}; at most 1e6 are allowed", n, "xyz"[a]));
     }
     if (cells > 1e11) c.grid.fail("spacing", fmt::format("gives {:.3g} cells; at most 1e11 are allowed", cells));
 

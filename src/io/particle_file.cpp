@@ -58,6 +58,7 @@ std::vector<Seed<D>> read_particles(const BodyInput& body)
     std::vector<Seed<D>> seeds;
     while (std::getline(in, line)) {
         ++number;
+        if (number == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // the mark of UTF-8 that some programs write
         if (is_blank_or_comment(line)) continue;
         const std::vector<Cell> cells = split(line);
         if (header.empty()) {
@@ -105,6 +106,10 @@ std::vector<Seed<D>> read_particles(const BodyInput& body)
         }
         if (has_edges && !(det(seed.edges) > 0))
             fail({body.file, number, 1}, "r1x", "the half-edge vectors must be right-handed and span a volume");
+        const double spanned = std::pow(2.0, D) * det(seed.edges);
+        if (has_edges && std::fabs(spanned - seed.volume) > 0.01 * seed.volume)
+            fail({body.file, number, 1}, "volume",
+                 fmt::format("is {}, but the half-edge vectors span {:.6g}; they may differ by 1 %", seed.volume, spanned));
         if (!has_edges)
             for (int a = 0; a < D; ++a) seed.edges(a, a) = std::pow(seed.volume, 1.0 / D) / 2;
         seeds.push_back(seed);

@@ -1,5 +1,7 @@
 #include "io/progress.hpp"
 
+#include "base/message.hpp"
+
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -32,16 +34,15 @@ void Progress::show(long step, double t, double dt)
     last_              = now;
     const double spent = std::chrono::duration<double>(now - begin_).count();
     const double left  = t > 0 ? spent * (end_ - t) / t : 0;
-    fmt::print(stderr, "{}step {}  t = {:.4g} of {:.4g} s  dt = {:.3g} s  {:3.0f} %  {} left{}", terminal_ ? "\r\033[K" : "",
-               step, t, end_, dt, 100 * t / end_, duration(left), terminal_ ? "" : "\n");
-    std::fflush(stderr);
+    say("{}step {}  t = {:.4g} of {:.4g} s  dt = {:.3g} s  {:3.0f} %  {} left{}", terminal_ ? "\r\033[K" : "", step, t, end_, dt,
+        100 * t / end_, duration(left), terminal_ ? "" : "\n");
 }
 
 void Progress::done(long step, double t)
 {
     if (quiet_) return;
     const double spent = std::chrono::duration<double>(Clock::now() - begin_).count();
-    fmt::print(stderr, "{}{} steps to t = {:.6g} s in {:.2f} s\n", terminal_ ? "\r\033[K" : "", step, t, spent);
+    say("{}{} steps to t = {:.6g} s in {:.2f} s\n", terminal_ ? "\r\033[K" : "", step, t, spent);
 }
 
 }  // namespace ordo::io

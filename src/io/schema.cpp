@@ -49,7 +49,7 @@ std::string describe(const toml::node& node)
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates)
 {
     std::string best;
-    std::size_t least = word.size() / 2 + 2;
+    std::size_t least = word.size() / 3 + 2;
     for (const std::string& c : candidates) {
         const std::size_t d = edit_distance(word, c);
         if (d < least) {

@@ -72,7 +72,9 @@ void require_writable(const OutputInput& output)
         output.fail("directory", fmt::format("{} cannot be written, for {} is not writable; choose another with --output",
                                              directory.string(), existing.string()));
     std::ifstream there(directory / "case.toml");
-    if (std::string line; std::getline(there, line) && !line.starts_with(kResolvedHeader))
+    std::string line;
+    std::getline(there, line);
+    if (there.is_open() && !line.starts_with(kResolvedHeader))
         output.fail("directory",
                     fmt::format("{} holds a case.toml that no run has written, and would lose it; choose another with --output",
                                 directory.string()));
@@ -95,8 +97,9 @@ Writer<D>::Writer(const CaseInput& input, const Model<D>& model, const Particles
                                ORDO_VERSION, ORDO_COMMIT, echo_case(portable)));
     resolved.commit();
 
-    history_ = LineFile(directory_ / "history.csv",
-                        "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy");
+    history_ =
+        LineFile(directory_ / "history.csv",
+                 "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy");
     for (const ProbeInput& p : input.probes) {
         Probe probe{};
         const std::filesystem::path file = directory_ / ("probe_" + p.name + ".csv");
@@ -120,9 +123,10 @@ template <int D>
 void Writer<D>::row(State<D>& s, double dt)
 {
     const Totals e = totals(model_, s.particles);
-    history_.add(fmt::format("{},{},{}{},{},{},{}", s.t, dt, e.mass, values(e.momentum), e.kinetic_energy, e.strain_energy,
-                             e.total_energy()));
-    for (Probe& p : probes_) probe_row(p, s);
+    history_.add(fmt::format("{},{},{}{},{},{},{},{}", s.t, dt, e.mass, values(e.momentum), e.kinetic_energy, e.strain_energy,
+                             e.total_energy(), e.potential));
+    for (Probe& p : probes_)
+        if (p.particle >= 0 || s.n > 0) probe_row(p, s);  // the grid holds nothing before the first step
 }
 
 template <int D>
@@ -146,13 +150,12 @@ void Writer<D>::probe_row(Probe& probe, State<D>& s)
         double mass = 0.0, cell = 1.0;
         Vec<D> momentum{};
         for (int a = 0; a < D; ++a) cell *= s.lattice.h[a];
-        if (s.n > 0)
-            for_each_node(row, s.lattice, [&](std::ptrdiff_t node, double w, const Vec<D>&) {
-                if (!s.tiles.is_active(s.lattice.index(node))) return;
-                const double m = w * s.nodes[node][NodeLane::mass];
-                mass += m;
-                for (int a = 0; a < D; ++a) momentum[a] += m * s.nodes[node][NodeLane::velocity + a];
-            });
+        for_each_node(row, s.lattice, [&](std::ptrdiff_t node, double w, const Vec<D>&) {
+            if (!s.tiles.is_active(s.lattice.index(node))) return;
+            const double m = w * s.nodes[node][NodeLane::mass];
+            mass += m;
+            for (int a = 0; a < D; ++a) momentum[a] += m * s.nodes[node][NodeLane::velocity + a];
+        });
         line += values(mass > 0 ? momentum * (1 / mass) : Vec<D>{}) + fmt::format(",{}", mass / cell);
     }
     probe.file.add(line);

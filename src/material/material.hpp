@@ -74,7 +74,8 @@ struct StVenantKirchhoff {
 };
 
 /// Linear elastic rate law with the Jaumann rate: sigma' = W sigma - sigma W + lambda tr(d) I + 2 mu d.
-/// Integrated at the midpoint with the rotation of Hughes & Winget (1980): exact for rigid rotations of any size.
+/// Integrated at the midpoint with the rotation of Hughes & Winget (1980), which also turns the increment by its half:
+/// exact for rigid rotations of any size, second order in dt.
 struct JaumannElastic {
     double lambda, mu;
 
@@ -86,10 +87,11 @@ struct JaumannElastic {
         const Mat<D> M = G * inverse(I + 0.5 * G);  // gradient with respect to the middle of the step
         const Mat<D> e = 0.5 * (M + transpose(M));
         const Mat<D> w = 0.5 * (M - transpose(M));
-        const Mat<D> Q = inverse(I - 0.5 * w) * (I + 0.5 * w);
-        Mat<D> s       = Q * sigma * transpose(Q) + 2 * mu * e;
+        const Mat<D> Q = inverse(I - 0.5 * w) * (I + 0.5 * w);    // rotation of the step
+        const Mat<D> q = inverse(I - 0.25 * w) * (I + 0.25 * w);  // and of its second half, which turns the increment
+        Mat<D> s       = 2 * mu * e;
         for (int a = 0; a < D; ++a) s(a, a) += lambda * trace(e);
-        return s;
+        return Q * sigma * transpose(Q) + q * s * transpose(q);
     }
     /// Stored energy per current volume, sigma : C^-1 : sigma / 2, J/m^D. The strain across a 1D or 2D problem is zero.
     template <int D>

@@ -11,6 +11,7 @@ struct Totals {
     Vec<3> momentum       = {};   ///< kg m/s
     double kinetic_energy = 0.0;  ///< J
     double strain_energy  = 0.0;  ///< J
+    double potential      = 0.0;  ///< of gravity, -m g . x, J
 
     double total_energy() const { return kinetic_energy + strain_energy; }
 };
@@ -24,13 +25,15 @@ Totals totals(const Model<D>& model, const Particles<D>& p)
             return Totals{.mass           = p.m[i],
                           .momentum       = padded(p.m[i] * p.v[i]),
                           .kinetic_energy = 0.5 * p.m[i] * dot(p.v[i], p.v[i]),
-                          .strain_energy  = strain_energy(model.materials[p.material[i]], p.F[i], p.sigma[i], p.V0[i], p.V[i])};
+                          .strain_energy  = strain_energy(model.materials[p.material[i]], p.F[i], p.sigma[i], p.V0[i], p.V[i]),
+                          .potential      = -p.m[i] * dot(model.gravity, p.x[i])};
         },
         [](Totals& total, const Totals& one) {
             total.mass += one.mass;
             total.momentum += one.momentum;
             total.kinetic_energy += one.kinetic_energy;
             total.strain_energy += one.strain_energy;
+            total.potential += one.potential;
         });
 }
 

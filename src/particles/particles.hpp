@@ -25,8 +25,8 @@ using Turns = Vec<D, int>;
     FIELD(double, V0, always)             /* initial volume, m^D */                   \
     FIELD(double, V, always)              /* volume J V0, m^D */                      \
     FIELD(std::int32_t, id, always)       /* place in the order of seeding */         \
-    FIELD(std::int16_t, body, always)     /* index of the body */                     \
-    FIELD(std::int16_t, material, always) /* index of the material */                 \
+    FIELD(std::int32_t, body, always)     /* index of the body */                     \
+    FIELD(std::int32_t, material, always) /* index of the material */                 \
     FIELD(Vec<D>, half0, box)             /* initial half-lengths, m */               \
     FIELD(Vec<D>, half, box)              /* half-lengths, m */                       \
     FIELD(Mat<D>, edges0, corners)        /* initial half-edge vectors, columns, m */ \

@@ -81,6 +81,12 @@ class Rebound(unittest.TestCase):
 
 
 class Others(unittest.TestCase):
+    def test_a_beam_that_swings_keeps_its_energy(self):
+        columns, _, _ = run_case(self, "cantilever")
+        energy = columns["total_energy"] + columns["potential_energy"]
+        exchanged = numpy.ptp(columns["potential_energy"])
+        self.assertLess(numpy.ptp(energy), 0.05 * exchanged)
+
     def test_ball_on_wall_returns(self):
         for preset in PRESETS:
             with self.subTest(preset):

@@ -4,9 +4,10 @@ At the end the way a run fails: what the message says and what is left on the di
 """
 
 import json
+import subprocess
 import tomllib
 
-from harness import CASE, PRESETS, ROOT, InTemporaryDirectory, arrays, edit, frames, history, ordo, particle_data, read_vtk
+from harness import CASE, ORDO, PRESETS, ROOT, InTemporaryDirectory, arrays, edit, frames, history, ordo, particle_data, read_vtk
 
 SHAPES = ("ball", "box", "ring", "cylinder", "particles")
 MATERIALS = ("neo-hookean", "st-venant-kirchhoff", "jaumann-elastic", "linear-rate-1d")
@@ -137,3 +138,30 @@ class FailedRun(InTemporaryDirectory):
         moved = particle_data(data)["displacement"][:, 0]
         self.assertAlmostEqual(moved.min(), 50 * time, delta=1e-9, msg="the frame is not that of its time")
         self.assertEqual(list(self.dir.glob("out/*.part")), [])
+
+
+class BrokenStreams(InTemporaryDirectory):
+    """Lost data are a failure; lost messages are not, and nothing aborts."""
+
+    def setUp(self):
+        super().setUp()
+        self.write("case.toml", CASE)
+        self.full = open("/dev/full", "w")
+        self.addCleanup(self.full.close)
+
+    def code(self, *args, **streams):
+        return subprocess.run([ORDO, *args], cwd=self.dir, **streams).returncode
+
+    def test_full_stdout(self):
+        for args in (["list"], ["check", "case.toml"], ["--help"], ["bench", "--particles", "100", "--steps", "1", "--json", "-"]):
+            with self.subTest(args[0]):
+                self.assertEqual(self.code(*args, stdout=self.full, stderr=subprocess.DEVNULL), 1)
+
+    def test_full_stderr(self):
+        self.assertEqual(self.code("run", "case.toml", stderr=self.full), 0)
+        self.assertEqual(self.code("check", "case.toml", "--set", "x=1", stderr=self.full), 2)
+
+    def test_reader_that_goes_away(self):
+        process = subprocess.Popen([ORDO, "run", "case.toml"], cwd=self.dir, stderr=subprocess.PIPE)
+        process.stderr.close()
+        self.assertEqual(process.wait(timeout=30), 0)

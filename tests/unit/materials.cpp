@@ -135,6 +135,23 @@ TEST(Materials, JaumannLawUniaxialStrain)
     check_jaumann_uniaxial<3>();
 }
 
+/// Simple shear has the closed form sigma_xx = mu (1 - cos g), sigma_xy = mu sin g: second order in the step.
+TEST(Materials, JaumannLawSimpleShearIsSecondOrder)
+{
+    const JaumannElastic law{kLambda, kMu};
+    double previous = 0;
+    for (int steps : {10, 20, 40}) {
+        const double g = 1.2;
+        Mat<2> sigma{};
+        for (int k = 0; k < steps; ++k) sigma = law.update(sigma, Mat<2>{{{0, g / steps}, {0, 0}}});
+        const double error = std::hypot(sigma(0, 0) - kMu * (1 - std::cos(g)), sigma(0, 1) - kMu * std::sin(g));
+        if (previous > 0) {
+            EXPECT_GT(std::log2(previous / error), 1.9);
+        }
+        previous = error;
+    }
+}
+
 TEST(Materials, LinearRateLawOfWobbes)
 {
     const LinearRate1D law{2e4};
