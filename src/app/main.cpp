@@ -1,8 +1,8 @@
 // The command line of ordo. Exit codes: 0 good, 1 the run or a check failed, 2 bad usage or input.
 #include "app/commands.hpp"
 #include "base/error.hpp"
-#include "base/message.hpp"
 #include "base/parallel.hpp"
+#include "io/message.hpp"
 #include "io/schema.hpp"
 #include "ordo_version.hpp"
 
@@ -102,7 +102,7 @@ int dispatch(int argc, char** argv)
 
 int main(int argc, char** argv)
 {
-    using ordo::say;
+    using ordo::io::say;
     std::signal(SIGPIPE, SIG_IGN);  // a reader that goes away must not end a run
     try {
         const int result = dispatch(argc, argv);

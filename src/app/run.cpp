@@ -1,7 +1,7 @@
 #include "app/commands.hpp"
-#include "base/message.hpp"
 #include "base/parallel.hpp"
 #include "io/build.hpp"
+#include "io/message.hpp"
 #include "io/progress.hpp"
 #include "io/writer.hpp"
 #include "method/diagnostics.hpp"
@@ -62,8 +62,8 @@ int run_case(const io::CaseInput& input, bool quiet)
     State<D> s = method.start(std::move(built.particles));
     io::Writer<D> writer(input, method.model(), s.particles);
     if (!quiet)
-        say("{}: {}D, {} particles, {} on {} thread{}\n", input.title.empty() ? "ordo" : input.title, D, s.particles.count,
-            input.method.preset, thread_count(), thread_count() > 1 ? "s" : "");
+        io::say("{}: {}D, {} particles, {} on {} thread{}\n", input.title.empty() ? "ordo" : input.title, D, s.particles.count,
+                input.method.preset, thread_count(), thread_count() > 1 ? "s" : "");
 
     catch_signals();
     io::Progress progress(quiet, input.time.end);
@@ -82,7 +82,7 @@ int run_case(const io::CaseInput& input, bool quiet)
         frame();
         writer.finish();
         progress.done(s.n, s.t);
-        if (!quiet) say("wrote {} frames and history.csv to {}\n", writer.frame_count(), writer.directory().string());
+        if (!quiet) io::say("wrote {} frames and history.csv to {}\n", writer.frame_count(), writer.directory().string());
     };
     row();
     frame();
@@ -110,7 +110,7 @@ int run_case(const io::CaseInput& input, bool quiet)
     row();
     finish();
     if (!g_signal) return 0;
-    say("ordo: stopped by signal {} at t = {:.6g} s; what was computed is written\n", static_cast<int>(g_signal), s.t);
+    io::say("ordo: stopped by signal {} at t = {:.6g} s; what was computed is written\n", static_cast<int>(g_signal), s.t);
     return 128 + static_cast<int>(g_signal);
 }
 

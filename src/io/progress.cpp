@@ -1,6 +1,6 @@
 #include "io/progress.hpp"
 
-#include "base/message.hpp"
+#include "io/message.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>

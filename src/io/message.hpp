@@ -7,7 +7,7 @@
 #include <exception>
 #include <utility>
 
-namespace ordo {
+namespace ordo::io {
 
 /// Prints to stderr; silent where stderr cannot be written.
 template <class... Args>
@@ -21,4 +21,4 @@ void say(fmt::format_string<Args...> format, Args&&... args) noexcept
     }
 }
 
-}  // namespace ordo
+}  // namespace ordo::io
