@@ -39,7 +39,7 @@ std::string describe(Fault fault)
     switch (fault) {
     case Fault::inverted:
         return "its volume ratio J = det F is not positive (the deformation of one step is too large); a smaller time "
-               "step, a finer grid or a method with particle domains (cpdi1) may help";
+               "step, scheme = \"musl\" or a method with particle domains (cpdi1) may help";
     case Fault::not_finite: return "its state is not a finite number; a smaller time step may help";
     case Fault::left_grid: return "it left the grid; make [grid] size larger or put a [[boundary]] on that face";
     case Fault::domain_turned:
