@@ -14,12 +14,10 @@ namespace ordo {
 #if defined(ORDO_OPENMP)
 inline int thread_count() { return omp_get_max_threads(); }
 inline int thread_index() { return omp_get_thread_num(); }
-inline int hardware_threads() { return omp_get_num_procs(); }
 inline void set_thread_count(int n) { omp_set_num_threads(n); }
 #else
 inline int thread_count() { return 1; }
 inline int thread_index() { return 0; }
-inline int hardware_threads() { return 1; }
 inline void set_thread_count(int) {}
 #endif
 

@@ -74,8 +74,6 @@ struct Lattice {
         for (int a = 0; a < D; ++a) n *= nodes[a];
         return n;
     }
-    /// The largest coordinate of axis a.
-    double upper(int a) const { return origin[a] + cells[a] * h[a]; }
 
     /// The node inside the period that node k of a periodic axis repeats.
     int periodic_image(int a, int k) const

@@ -30,6 +30,16 @@ std::string to_text(const Vec<D>& v)
     return r + ")";
 }
 
+/// How far the domain of a seed reaches from its centre along each axis, m.
+template <int D>
+Vec<D> reach_of_domain(const Seed<D>& s)
+{
+    Vec<D> r{};
+    for (int a = 0; a < D; ++a)
+        for (int d = 0; d < D; ++d) r[a] += std::fabs(s.edges(a, d));
+    return r;
+}
+
 /// Throws where an expression does not give numbers at the start.
 template <int D>
 void require_finite(const Vec<D>& value, const std::vector<Expression>& from, const Vec<D>& at)
@@ -151,9 +161,8 @@ void require_inside(const BodyInput& b, const std::vector<Seed<D>>& seeds, const
         for (int a = 0; a < D; ++a) {
             if (model.periodic[a]) continue;
             const double tolerance = 1e-9 * model.h[a];
-            double reach           = 0;
-            if (b.cells != "polar")  // sectors bulge over their parallelograms; there the centre decides
-                for (int d = 0; d < D; ++d) reach += std::fabs(s.edges(a, d));
+            // Sectors bulge over their parallelograms; there the centre decides.
+            const double reach = b.cells == "polar" ? 0.0 : reach_of_domain(s)[a];
             const double low = model.origin[a], high = low + model.cells[a] * model.h[a];
             if (!(s.x[a] - reach >= low - tolerance && s.x[a] + reach <= high + tolerance))
                 b.fail(key, fmt::format("body \"{}\" lies outside the grid: its particle at {} reaches beyond {} to {} of axis "
@@ -173,12 +182,6 @@ void require_inside(const BodyInput& b, const std::vector<Seed<D>>& seeds, const
 template <int D>
 void require_apart(const CaseInput& in, const std::vector<Seed<D>>& seeds, const std::vector<int>& body, const Model<D>& model)
 {
-    auto reach_of_domain = [](const Seed<D>& s) {
-        Vec<D> r{};
-        for (int a = 0; a < D; ++a)
-            for (int d = 0; d < D; ++d) r[a] += std::fabs(s.edges(a, d));
-        return r;
-    };
     std::vector<Bounds<D>> bounds(in.bodies.size(), {Vec<D>::filled(std::numeric_limits<double>::infinity()),
                                                      Vec<D>::filled(-std::numeric_limits<double>::infinity())});
     for (std::size_t i = 0; i < seeds.size(); ++i) {
