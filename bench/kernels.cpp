@@ -24,14 +24,7 @@ State<3> block(Domain domain)
     model.body_forces.resize(1);
     const auto seeds = fill_box(Bounds<3>{Vec<3>::filled(0.25), Vec<3>::filled(0.75)}, SubCells<3>{{}, model.h, {2, 2, 2}});
     Particles<3> p(static_cast<int>(seeds.size()), field_groups(model));
-    for (int i = 0; i < p.count; ++i) {
-        p.x[i]  = seeds[i].x;
-        p.V0[i] = seeds[i].volume;
-        p.m[i]  = 1e3 * seeds[i].volume;
-        p.id[i] = i;
-        if (!p.half0.empty()) p.half0[i] = Vec<3>::filled(1.0 / 128);
-        if (!p.edges0.empty()) p.edges0[i] = seeds[i].edges;
-    }
+    for (int i = 0; i < p.count; ++i) plant(p, i, seeds[i], 1e3);
     return Explicit<3>(std::move(model)).start(std::move(p));
 }
 

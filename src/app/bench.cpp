@@ -75,13 +75,8 @@ int bench_method(const BenchOptions& options, const MethodSpec& spec)
                                 SubCells<D>{Vec<D>{}, model.h, Index<D>::filled(2)});
     Particles<D> p(static_cast<int>(seeds.size()), field_groups(model));
     for (int i = 0; i < p.count; ++i) {
-        p.x[i]    = seeds[i].x;
+        plant(p, i, seeds[i], model.materials[0].density);
         p.v[i][0] = 0.01 * std::sin(6 * p.x[i][0]);
-        p.V0[i]   = seeds[i].volume;
-        p.m[i]    = seeds[i].volume * model.materials[0].density;
-        p.id[i]   = i;
-        if (!p.half0.empty()) p.half0[i] = Vec<D>::filled(h / 4);
-        if (!p.edges0.empty()) p.edges0[i] = seeds[i].edges;
     }
     Explicit<D> method(std::move(model));
     State<D> s      = method.start(std::move(p));
@@ -157,15 +152,19 @@ int bench_machine(const BenchOptions& options)
 
 }  // namespace
 
+void require_writable_file(const std::string& option, const std::string& path)
+{
+    if (path.empty()) throw InputError(option + ": the name of the file is empty");
+    try {
+        io::AtomicFile probe(path);
+    } catch (const OutputError& e) {
+        throw InputError(option + " " + e.what());
+    }
+}
+
 int bench(const BenchOptions& options)
 {
-    if (options.json && *options.json != "-") {
-        try {
-            io::AtomicFile probe(*options.json);  // before minutes are spent
-        } catch (const OutputError& e) {
-            throw InputError(std::string("--json ") + e.what());
-        }
-    }
+    if (options.json && *options.json != "-") require_writable_file("--json", *options.json);
     if (options.machine) return bench_machine(options);
     std::vector<std::string> names;
     for (const Preset& p : presets()) {

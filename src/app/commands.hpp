@@ -23,6 +23,23 @@ int check(const RunOptions& options);
 /// Prints what there is: methods, materials, shapes, cases or input; all but input when `what` is empty.
 int list(const std::string& what);
 
+struct VerifyOptions {
+    std::string name;  ///< of the case; empty with `all`
+    bool all = false;
+    std::vector<std::string> methods;
+    std::vector<int> cells;
+    std::optional<int> ppc;
+    std::vector<std::string> overrides;  ///< key=value
+    std::optional<std::string> json;     ///< file, or - for stdout
+    std::optional<std::string> figures;  ///< directory
+};
+
+/// Runs verification cases and judges them by their bars; 1 when a bar is missed.
+int verify(const VerifyOptions& options);
+
+/// Throws InputError where a file cannot be written, before minutes are spent. `option` is named in the message.
+void require_writable_file(const std::string& option, const std::string& path);
+
 struct BenchOptions {
     bool machine       = false;
     int dim            = 3;

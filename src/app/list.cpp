@@ -2,6 +2,7 @@
 #include "base/error.hpp"
 #include "io/input.hpp"
 #include "method/axes.hpp"
+#include "verification/study.hpp"
 
 #include <fmt/format.h>
 
@@ -59,6 +60,19 @@ void list_cases()
     for (const std::string& name : names)
         fmt::print("  {:<20} {}\n", name, io::read_case("cases/" + name + "/case.toml", {}).title);
     if (names.empty()) fmt::print("  none here: run in the folder that holds cases/\n");
+    fmt::print("\nVerification cases (ordo verify NAME --set parameter=value)\n");
+    for (const verification::Case& c : verification::cases()) {
+        int ppc = 1;
+        for (int a = 0; a < c.dim; ++a) ppc *= c.per_axis;
+        fmt::print("  {:<20} {}\n  {:<20} {}D, --cells {}, --ppc {}\n", c.name, c.what, "", c.dim, fmt::join(c.cells, ","), ppc);
+        for (const verification::Parameter& p : c.parameters)
+            std::visit(
+                [&](const auto& value) {
+                    fmt::print("  {:<20} {} = {} ({}{}{})\n", "", p.name, value, p.what, p.choices.empty() ? "" : ": ",
+                               fmt::join(p.choices, ", "));
+                },
+                p.value);
+    }
 }
 
 }  // namespace

@@ -23,6 +23,7 @@ struct alignas(64) Lanes {
     friend ORDO_FLAT Lanes operator-(Lanes a, const Lanes& b) { return {a.v - b.v}; }
     friend ORDO_FLAT Lanes operator*(Lanes a, double s) { return {a.v * s}; }
     friend ORDO_FLAT Lanes operator*(Lanes a, const Lanes& o) { return {a.v * o.v}; }
+    friend ORDO_FLAT Lanes operator/(Lanes a, const Lanes& o) { return {a.v / o.v}; }
 };
 #elif !defined(__CUDACC__)
 struct alignas(64) Lanes {
@@ -41,6 +42,7 @@ struct alignas(64) Lanes {
     friend ORDO_FLAT Lanes operator-(Lanes a, const Lanes& b) { return {a.lo - b.lo, a.hi - b.hi}; }
     friend ORDO_FLAT Lanes operator*(Lanes a, double s) { return {a.lo * s, a.hi * s}; }
     friend ORDO_FLAT Lanes operator*(Lanes a, const Lanes& o) { return {a.lo * o.lo, a.hi * o.hi}; }
+    friend ORDO_FLAT Lanes operator/(Lanes a, const Lanes& o) { return {a.lo / o.lo, a.hi / o.hi}; }
 };
 #else
 struct alignas(64) Lanes {
@@ -69,8 +71,16 @@ struct alignas(64) Lanes {
         for (int k = 0; k < 8; ++k) a.c[k] *= o.c[k];
         return a;
     }
+    friend ORDO_FLAT Lanes operator/(Lanes a, const Lanes& o)
+    {
+        for (int k = 0; k < 8; ++k) a.c[k] /= o.c[k];
+        return a;
+    }
 };
 #endif
+
+ORDO_FLAT inline Lanes operator*(double s, const Lanes& a) { return a * s; }
+ORDO_FLAT inline Lanes operator-(const Lanes& a) { return a * -1.0; }
 
 /// Eight lanes from eight numbers.
 ORDO_FLAT inline Lanes make_lanes(double a, double b, double c, double d, double e, double f, double g, double h)

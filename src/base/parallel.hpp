@@ -22,11 +22,12 @@ inline void set_thread_count(int) {}
 #endif
 
 /// f(k) for k in [0, n), each k by one thread, in any order. The calls must not touch common data, and must not throw.
+/// Where they are too short to pay for threads, `worth` is false.
 template <class F>
-void parallel_for(std::ptrdiff_t n, F&& f)
+void parallel_for(std::ptrdiff_t n, F&& f, [[maybe_unused]] bool worth = true)
 {
 #if defined(ORDO_OPENMP)
-#pragma omp parallel for schedule(dynamic, 1) if (n > 1)
+#pragma omp parallel for schedule(dynamic, 1) if (n > 1 && worth)
 #endif
     for (std::ptrdiff_t k = 0; k < n; ++k) f(k);
 }

@@ -296,22 +296,12 @@ Built<D> build(const CaseInput& in)
     for (int i = 0; i < p.count; ++i) {
         const Seed<D>& s = seeds[i];
         const int k      = body_of[i];
-        p.x[i]           = s.x;
-        p.V0[i]          = s.volume;
-        p.m[i]           = s.volume * model.materials[material[k]].density;
-        p.id[i]          = i;
-        p.body[i]        = k;
-        p.material[i]    = material[k];
-        p.v[i]           = evaluate<D>(velocity[k], {padded(s.x), padded(s.x), 0.0});
+        plant(p, i, s, model.materials[material[k]].density);
+        p.body[i]     = k;
+        p.material[i] = material[k];
+        p.v[i]        = evaluate<D>(velocity[k], {padded(s.x), padded(s.x), 0.0});
         require_finite(p.v[i], in.bodies[k].velocity, s.x);
         require_finite(evaluate<D>(model.body_forces[k], {padded(s.x), padded(s.x), 0.0}), in.bodies[k].body_force, s.x);
-        if (!p.edges0.empty()) p.edges0[i] = s.edges;
-        if (!p.half0.empty())  // the box of the same volume around a domain that is not one
-            for (int a = 0; a < D; ++a) {
-                double along = 0;
-                for (int d = 0; d < D; ++d) along += s.edges(a, d) * s.edges(a, d);
-                p.half0[i][a] = std::sqrt(along);
-            }
     }
     require_stable(in, model, p);
     return {std::move(model), std::move(p)};

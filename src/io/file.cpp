@@ -18,9 +18,15 @@ namespace {
 
 }  // namespace
 
-AtomicFile::AtomicFile(std::filesystem::path path, Start start) : path_(std::move(path)), part_(path_.string() + ".part")
+AtomicFile::AtomicFile(std::filesystem::path path, Start start) : path_(std::move(path))
 {
     std::error_code failure;
+    const auto status = std::filesystem::status(path_, failure);  // of what a link leads to
+    if (std::filesystem::is_directory(status)) throw OutputError(fmt::format("{}: is a directory", path_.string()));
+    const bool exists = std::filesystem::exists(status), is_device = exists && !std::filesystem::is_regular_file(status);
+    if (exists && !is_device) path_ = std::filesystem::canonical(path_, failure);
+    part_ = is_device ? path_ : std::filesystem::path(path_.string() + ".part");  // a pipe must stay a pipe
+    failure.clear();
     if (start == Start::copy)
         std::filesystem::copy_file(path_, part_, std::filesystem::copy_options::overwrite_existing, failure);
     if (failure) throw OutputError(fmt::format("{}: cannot be copied: {}", path_.string(), failure.message()));
@@ -33,7 +39,7 @@ AtomicFile::~AtomicFile()
     if (!file_) return;
     file_.reset();
     std::error_code none;
-    std::filesystem::remove(part_, none);
+    if (part_ != path_) std::filesystem::remove(part_, none);
 }
 
 void AtomicFile::write(std::string_view text)
@@ -45,7 +51,7 @@ void AtomicFile::commit()
 {
     if (std::fflush(file_.get()) != 0) fail(part_, "cannot be written");
     file_.reset();
-    if (std::rename(part_.c_str(), path_.c_str()) != 0) fail(path_, "cannot be named");
+    if (part_ != path_ && std::rename(part_.c_str(), path_.c_str()) != 0) fail(path_, "cannot be named");
 }
 
 LineFile::LineFile(std::filesystem::path path, std::string_view header) : path_(std::move(path))

@@ -12,7 +12,8 @@
 
 namespace ordo::io {
 
-/// A file under construction. Without `commit` nothing is left. Throws OutputError when the disk refuses.
+/// A file under construction. Without `commit` nothing is left. Throws OutputError when the disk refuses. Links are
+/// followed; devices and pipes are written as they are.
 class AtomicFile {
   public:
     enum class Start { empty, copy };

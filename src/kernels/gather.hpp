@@ -13,9 +13,18 @@ enum GatherPart : unsigned {
     kUpdateVelocity = 1u,  ///< v_p += sum phi dv_i (FLIP), or a part of it (PIC)
     kUpdateStress   = 2u,  ///< F_p = (I + dt L_p) F_p; sigma_p; V_p = J V0
     kMove           = 4u,  ///< x_p += dt sum phi v_i; the domain follows F_p
+    kStressOfPast   = 8u,  ///< kUpdateStress by the step that led here: x^n is its end, not its start
 };
 
-/// F, sigma and V of particle i from dt L, the displacement gradient of the step.
+/// The displacement gradient of a step with respect to its start, from dt L with respect to its end: the step back is
+/// I - dt L. Taking dt L itself would be first order.
+template <int D>
+ORDO_FLAT inline Mat<D> from_start(const Mat<D>& dtL)
+{
+    return inverse(Mat<D>::identity() - dtL) - Mat<D>::identity();
+}
+
+/// F, sigma and V of particle i from dt L, the displacement gradient of the step with respect to its start.
 template <int D>
 ORDO_FLAT inline void deform(const Sweep<D>& s, int i, const Mat<D>& dtL, TileReport& report)
 {
@@ -81,6 +90,7 @@ void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
             s.p.v[i] = (1 - s.pic) * (s.p.v[i] + dv) + s.pic * v;
             if (!std::isfinite(dot(s.p.v[i], s.p.v[i]))) report.flag(Fault::not_finite, i);
         }
+        if constexpr ((parts & kStressOfPast) != 0) dtL = from_start(dtL);
         if constexpr ((parts & kUpdateStress) != 0) deform(s, i, dtL, report);
         if constexpr ((parts & kMove) != 0) move<S, Evolution>(s, i, v, report);
     }

@@ -163,6 +163,18 @@ ORDO_FLAT inline auto with_material(const Material& m, F&& f)
     return f(JaumannElastic{m.lambda, m.mu});
 }
 
+/// The stress at a deformation F that no step has led to: zero for rate laws, Pa.
+template <int D>
+ORDO_FLAT inline Mat<D> initial_stress(const Material& m, const Mat<D>& F)
+{
+    return with_material<D>(m, [&](const auto& law) {
+        if constexpr (Hyperelastic<std::decay_t<decltype(law)>>)
+            return law.cauchy(F);
+        else
+            return Mat<D>{};
+    });
+}
+
 /// Stored energy of a particle of volume V (initial V0), J.
 template <int D>
 ORDO_FLAT inline double strain_energy(const Material& m, const Mat<D>& F, const Mat<D>& sigma, double V0, double V)

@@ -124,6 +124,8 @@ struct MethodSpec {
     Scheme scheme         = Scheme::usl;
     Start start           = Start::leapfrog;
     double pic_fraction   = 0.0;
+
+    bool operator==(const MethodSpec&) const = default;
 };
 
 /// f(axis member) for each axis of a MethodSpec: the one list of axes.

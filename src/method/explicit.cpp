@@ -76,17 +76,25 @@ Explicit<D>::Explicit(Model<D> model) : model_(std::move(model)), has_body_force
 template <int D>
 State<D> Explicit<D>::start(Particles<D> particles) const
 {
+    for (int i = 0; i < particles.count; ++i) {
+        particles.X[i] = particles.x[i];
+        particles.F[i] = Mat<D>::identity();
+    }
+    return start_deformed(std::move(particles));
+}
+
+template <int D>
+State<D> Explicit<D>::start_deformed(Particles<D> particles) const
+{
     State<D> s{};
     s.particles             = std::move(particles);
     const ParticleView<D> p = s.particles.view();
     const Lattice<D> lattice(model_.origin, model_.h, model_.cells, model_.periodic, 0);
     for (int i = 0; i < p.count; ++i) {
-        p.X[i]     = p.x[i];
-        p.F[i]     = Mat<D>::identity();
-        p.sigma[i] = Mat<D>{};
-        p.V[i]     = p.V0[i];
+        p.V[i]     = det(p.F[i]) * p.V0[i];
+        p.sigma[i] = initial_stress(model_.materials[p.material[i]], p.F[i]);
         if (p.half) p.half[i] = p.half0[i];
-        if (p.edges) p.edges[i] = p.edges0[i];
+        passes_.evolve(p, i);
         const DomainReach reach = reach_of<D>(model_.method, lattice, p, i);
         if (!(reach.cells <= reach.max))
             throw InputError(fmt::format(
@@ -122,7 +130,7 @@ void Explicit<D>::step(State<D>& s, double dt) const
         velocities(s, nodes);                                        // v_i
         copy(strain, nodes, s.tiles);
         constrain(s, strain, s.t_v);
-        gather(s, passes_.update_stress, strain, s.dt_prev);  // F_p, sigma_p at t_n from v_i of the step that led here
+        gather(s, passes_.stress_of_past, strain, s.dt_prev);  // F_p, sigma_p at t_n from v_i of the step that led here
         scatter(s, passes_.force, nodes, NodeLane::increment, NodeLane::end);  // f_i <- sigma_p
     } else {
         scatter(s, passes_.project_and_force, nodes, 0, NodeLane::end);  // m_i, (m v)_i, f_i <- particles
@@ -144,11 +152,29 @@ void Explicit<D>::step(State<D>& s, double dt) const
         gather(s, passes_.move, nodes, dt);            // last, so that every phi above is at x_n
         break;
     }
+    s.t_F = scheme == Scheme::usf ? s.t : s.t + dt;
     s.t += dt;
     s.t_v     = t_kicked;
     s.dt_prev = dt;
     ++s.n;
     require_sound(s);  // now, so that time and particles belong together in the last output
+}
+
+template <int D>
+Vec<D> Explicit<D>::project(State<D>& s) const
+{
+    sort_if_stale(s);
+    Lanes* nodes = s.nodes.data();
+    clear_nodes(s, nodes);
+    scatter(s, passes_.project, nodes, 0, NodeLane::increment);
+    Vec<D> momentum{};
+    for (const Index<D>& block : s.tiles.blocks())
+        s.tiles.nodes_of(block).for_each([&](const Index<D>& at) {
+            for (int a = 0; a < D; ++a) momentum[a] += nodes[s.lattice.offset(at)][NodeLane::velocity + a];
+        });
+    velocities(s, nodes);
+    constrain(s, nodes, s.t_v);
+    return momentum;
 }
 
 template <int D>
@@ -163,7 +189,12 @@ template <int D>
 void Explicit<D>::evaluate_body_forces(State<D>& s) const
 {
     if (!has_body_force_) return;
+    Stopwatch watch(times_, StageTimes::body_force);
     const ParticleView<D> p = s.particles.view();
+    if (model_.body_force_kernel) {
+        parallel_pieces(p.count, [&](std::ptrdiff_t begin, std::ptrdiff_t end) { model_.body_force_kernel(p, begin, end, s.t); });
+        return;
+    }
     parallel_for_each(p.count, [&](std::ptrdiff_t i) {
         p.b[i] = evaluate<D>(model_.body_forces[p.body[i]],
                              {padded(place_in_period(model_, s.particles, static_cast<int>(i))), padded(p.X[i]), s.t});

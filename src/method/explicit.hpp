@@ -11,8 +11,8 @@ namespace ordo {
 
 /// Wall time per stage of the step, s; for `ordo bench`.
 struct StageTimes {
-    enum Stage { sort, scatter, nodes, gather, count };
-    static constexpr std::array<std::string_view, count> names{"sort", "scatter", "nodes", "gather"};
+    enum Stage { sort, body_force, scatter, nodes, gather, count };
+    static constexpr std::array<std::string_view, count> names{"sort", "body_force", "scatter", "nodes", "gather"};
     std::array<double, count> seconds{};
 };
 
@@ -27,6 +27,14 @@ class Explicit {
     /// The state of particles at rest in their initial domains: half-edges, stresses and reach set up, particles sorted.
     /// `particles` has x, v, m, V0, body, material and, where the method needs them, half0 or edges0.
     State<D> start(Particles<D> particles) const;
+
+    /// The state of particles that are deformed already: `particles` also has X and F. Volumes, stresses and domains
+    /// follow from F; rate laws start without stress.
+    State<D> start_deformed(Particles<D> particles) const;
+
+    /// Velocities of the nodes as the next step would find them, under boundary conditions, in lanes of `s.nodes`.
+    /// Returns the momentum of all nodes before the conditions, kg m/s; on periodic axes nodes count at each image.
+    Vec<D> project(State<D>& s) const;
 
     /// One step of size dt. Throws NumericalError with step, time, particle and quantity; the state is then that after
     /// the failed step and can still be written.

@@ -54,9 +54,11 @@ Passes<D> choose_passes(const MethodSpec& spec, bool body_force)
         }
         p.update_velocity   = gather<S, E, kUpdateVelocity>;
         p.update_stress     = gather<S, E, kUpdateStress>;
+        p.stress_of_past    = gather<S, E, kUpdateStress | kStressOfPast>;
         p.move              = gather<S, E, kMove>;
         p.velocity_and_move = gather<S, E, kUpdateVelocity | kMove>;
         p.update_all        = gather<S, E, kUpdateVelocity | kUpdateStress | kMove>;
+        p.evolve            = E::apply;
         return p;
     });
 }

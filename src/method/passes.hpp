@@ -17,10 +17,13 @@ struct Passes {
     Scatter project_and_force;  ///< both in one sweep
 
     Gather update_velocity;    ///< v_p
-    Gather update_stress;      ///< F_p, sigma_p, V_p
+    Gather update_stress;      ///< F_p, sigma_p, V_p of the step to come
+    Gather stress_of_past;     ///< F_p, sigma_p, V_p of the step that led here
     Gather move;               ///< x_p and domains
     Gather velocity_and_move;  ///< v_p, x_p and domains in one sweep
     Gather update_all;         ///< all in one sweep
+
+    void (*evolve)(const ParticleView<D>&, int i);  ///< the domain of particle i from its F
 };
 
 /// The passes for a valid choice; `body_force` says whether any body has a force of its own.

@@ -10,9 +10,14 @@
 #include "particles/particles.hpp"
 
 #include <cmath>
+#include <functional>
 #include <vector>
 
 namespace ordo {
+
+/// Sets b of the particles [begin, end) at time t; called for pieces of them in parallel.
+template <int D>
+using BodyForceKernel = std::function<void(const ParticleView<D>&, std::ptrdiff_t begin, std::ptrdiff_t end, double t)>;
 
 /// What the user set up: fixed during the run.
 template <int D>
@@ -23,6 +28,7 @@ struct Model {
     Vec<D, bool> periodic{};
     std::vector<Material> materials;
     std::vector<VectorField<D>> body_forces;  ///< one per body, per mass, m/s^2
+    BodyForceKernel<D> body_force_kernel;     ///< where set, instead of body_forces
     std::vector<Boundary<D>> boundaries;
     Vec<D> gravity{};
 };
@@ -44,8 +50,9 @@ struct State {
 
     TileReport fault;  ///< the first fault of the step, if any
 
-    double t       = 0.0;  ///< time of positions and stresses, s
+    double t       = 0.0;  ///< time of positions, s
     double t_v     = 0.0;  ///< time of velocities, s
+    double t_F     = 0.0;  ///< time of F and stresses, s; USF updates them at the start of the next step
     double dt_prev = 0.0;  ///< 0 before the first step
     long n         = 0;    ///< steps taken
 };
@@ -58,6 +65,7 @@ FieldGroups field_groups(const Model<D>& model)
     g.box     = model.method.domain == Domain::box || model.method.domain == Domain::stretched_box;
     g.corners = model.method.domain == Domain::parallelepiped;
     for (int a = 0; a < D; ++a) g.periodic = g.periodic || model.periodic[a];
+    g.body_force = static_cast<bool>(model.body_force_kernel);
     for (const auto& b : model.body_forces) g.body_force = g.body_force || !is_zero<D>(b);
     return g;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/index.hpp"
+#include "particles/particles.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,6 +20,24 @@ struct Seed {
     double volume;
     Mat<D> edges;
 };
+
+/// Makes particle i of `particles` from a seed: place, mass, volume, initial domain and number. A box domain takes the
+/// lengths of the rows of the half-edges: the box of the same volume around a domain that is not one.
+template <int D>
+void plant(Particles<D>& p, int i, const Seed<D>& seed, double density)
+{
+    p.x[i]  = seed.x;
+    p.V0[i] = seed.volume;
+    p.m[i]  = seed.volume * density;
+    p.id[i] = i;
+    if (!p.edges0.empty()) p.edges0[i] = seed.edges;
+    if (!p.half0.empty())
+        for (int a = 0; a < D; ++a) {
+            double along = 0;
+            for (int d = 0; d < D; ++d) along += seed.edges(a, d) * seed.edges(a, d);
+            p.half0[i][a] = std::sqrt(along);
+        }
+}
 
 /// A region of space by its bounding box.
 template <int D>

@@ -18,13 +18,7 @@ int main()
 
     const auto seeds = fill_box(Bounds<2>{{0.4, 0.4}, {0.6, 0.6}}, SubCells<2>{model.origin, model.h, {2, 2}});
     Particles<2> particles(static_cast<int>(seeds.size()), field_groups(model));
-    for (int i = 0; i < particles.count; ++i) {
-        particles.x[i]      = seeds[i].x;
-        particles.V0[i]     = seeds[i].volume;
-        particles.m[i]      = 1000.0 * seeds[i].volume;
-        particles.id[i]     = i;
-        particles.edges0[i] = seeds[i].edges;
-    }
+    for (int i = 0; i < particles.count; ++i) plant(particles, i, seeds[i], 1000.0);
     const Explicit<2> method(model);
     State<2> state = method.start(std::move(particles));
     for (int k = 0; k < 100; ++k) method.step(state, 0.001);

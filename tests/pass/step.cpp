@@ -41,7 +41,7 @@ struct LiteralBar {
             for (std::size_t q = 0; q < x.size(); ++q) {
                 double L = 0;
                 for (std::size_t i = 0; i < n; ++i) L += w[i] * dN(i, x[q]);
-                F[q] *= 1 + dt_stress * L;
+                F[q] *= scheme == Scheme::usf ? 1 / (1 - dt_stress * L) : 1 + dt_stress * L;  // USF: x is the end of the step
                 sigma[q] = (lambda * std::log(F[q]) + mu * (F[q] * F[q] - 1)) / F[q];
             }
         };

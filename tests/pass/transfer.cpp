@@ -268,7 +268,7 @@ void check_threads(Domain domain, Scheme scheme)
     auto run = [&](int threads) {
         set_thread_count(threads);
         Random random(3);
-        Model<D> model      = test::unit_box<D>(D == 3 ? 12 : 30, domain);
+        Model<D> model      = test::unit_box<D>(D == 3 ? 12 : 40, domain);  // enough particles for threads to start
         model.method.scheme = scheme;
         const Explicit<D> method(std::move(model));
         State<D> s = method.start(test::make_particles(method.model(), test::block(method.model(), 0.25, 0.75, 2)));

@@ -47,15 +47,7 @@ template <int D>
 Particles<D> make_particles(const Model<D>& model, const std::vector<Seed<D>>& seeds)
 {
     Particles<D> p(static_cast<int>(seeds.size()), field_groups(model));
-    for (int i = 0; i < p.count; ++i) {
-        p.x[i]  = seeds[i].x;
-        p.V0[i] = seeds[i].volume;
-        p.m[i]  = seeds[i].volume * model.materials[0].density;
-        p.id[i] = i;
-        if (!p.edges0.empty()) p.edges0[i] = seeds[i].edges;
-        if (!p.half0.empty())
-            for (int a = 0; a < D; ++a) p.half0[i][a] = seeds[i].edges(a, a);
-    }
+    for (int i = 0; i < p.count; ++i) plant(p, i, seeds[i], model.materials[0].density);
     return p;
 }
 

@@ -1,0 +1,212 @@
+#include "app/commands.hpp"
+#include "base/error.hpp"
+#include "io/file.hpp"
+#include "io/message.hpp"
+#include "io/schema.hpp"
+#include "verification/report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <new>
+#include <optional>
+
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace ordo::app {
+
+namespace {
+
+using namespace verification;
+
+const Case& find_case(const std::string& name)
+{
+    std::vector<std::string> names;
+    for (const Case& c : cases()) {
+        if (c.name == name) return c;
+        names.push_back(c.name);
+    }
+    throw InputError(fmt::format("{}: there is no such verification case. {}", name, io::suggestion(name, names)));
+}
+
+std::pair<std::string, Value> parse_setting(const std::string& text)
+{
+    const std::size_t at = text.find('=');
+    if (at == std::string::npos || at == 0) throw InputError(fmt::format("--set {}: it must read key=value", text));
+    return {text.substr(0, at), text.substr(at + 1)};
+}
+
+void require_preset(const std::string& method)
+{
+    std::vector<std::string> names;
+    for (const Preset& p : presets()) names.emplace_back(p.name);
+    if (std::find(names.begin(), names.end(), method) == names.end())
+        throw InputError(fmt::format("--method {}: there is no such preset. {}", method, io::suggestion(method, names)));
+}
+
+/// The studies to run. Those of the case, or of all cases, as they stand; with any of cells, ppc, set or a method for one
+/// case, one study a method with what was asked for and the defaults of the case.
+std::vector<Resolved> choose_studies(const VerifyOptions& options)
+{
+    for (const std::string& m : options.methods) require_preset(m);
+    for (std::size_t k = 1; k < options.cells.size(); ++k)
+        if (options.cells[k] <= options.cells[k - 1])
+            throw InputError(
+                fmt::format("--cells: {} after {}; meshes must become finer", options.cells[k], options.cells[k - 1]));
+    const bool is_custom = !options.cells.empty() || options.ppc || !options.overrides.empty() || !options.methods.empty();
+    std::vector<Resolved> studies;
+    if (options.all) {
+        if (!options.cells.empty() || options.ppc || !options.overrides.empty())
+            throw InputError("--all runs the studies of all cases as they are; --cells, --ppc and --set need a case");
+        for (const Case& c : cases())
+            for (const Study& s : c.studies)
+                if (options.methods.empty() ||
+                    std::find(options.methods.begin(), options.methods.end(), s.method) != options.methods.end())
+                    studies.push_back(resolve(c, s));
+        return studies;
+    }
+    const Case& c = find_case(options.name);
+    if (!is_custom) {
+        for (const Study& s : c.studies) studies.push_back(resolve(c, s));
+        return studies;
+    }
+    std::vector<std::string> methods = options.methods;
+    for (const Study& s : c.studies)
+        if (options.methods.empty() && std::find(methods.begin(), methods.end(), s.method) == methods.end())
+            methods.push_back(s.method);
+    for (const std::string& m : methods) {
+        Study study{.method = m, .ppc = options.ppc.value_or(0), .set = {}, .cells = options.cells, .bars = {}};
+        for (const std::string& text : options.overrides) study.set.push_back(parse_setting(text));
+        studies.push_back(resolve(c, study));
+    }
+    return studies;
+}
+
+/// Prints to stdout, or to stderr where stdout is for the JSON; a stderr that cannot be written ends nothing.
+void print(std::FILE* table, const std::string& text)
+{
+    if (table == stderr)
+        io::say("{}", text);
+    else
+        fmt::print(table, "{}", text);
+    std::fflush(table);
+}
+
+Row run_row(const Resolved& study, int cells)
+{
+    Request request = study.request;
+    request.cells   = cells;
+    try {
+        return study.of->run(request);
+    } catch (const std::bad_alloc&) {
+        Row row{};
+        row.cells  = cells;
+        row.h      = 1.0 / cells;
+        row.failed = "out of memory";
+        return row;
+    }
+}
+
+Result run_study(const Resolved& study, std::FILE* table)
+{
+    Result result{study, {}, {}};
+    std::string header;
+    for (const int cells : study.cells) {
+        result.rows.push_back(run_row(study, cells));
+        const std::size_t n = result.rows.size();
+        if (n == 1) print(table, table_title(study));
+        const std::string now = table_header(result.rows.back());
+        if (header.empty() || now.size() > header.size()) print(table, header = now);  // a failed row has fewer columns
+        print(table, table_row(result.rows.back(), n > 1 ? &result.rows[n - 2] : nullptr));
+    }
+    for (const Bar& bar : study.bars) result.verdicts.push_back(study.judge(bar, result.rows));
+    print(table, table_bars(result));
+    return result;
+}
+
+void write_file(const std::filesystem::path& path, const std::string& text)
+{
+    io::AtomicFile file(path);
+    file.write(text);
+    file.commit();
+}
+
+/// Convergence plots by python/ordo_figures.py, which lies beside the sources or in share/ordo of an installation.
+class Figures {
+  public:
+    /// Throws InputError where the plots could not be made: before minutes are spent.
+    explicit Figures(const std::filesystem::path& directory) : directory_(directory)
+    {
+        std::error_code failure;
+        std::filesystem::create_directories(directory_, failure);
+        if (failure) refuse(fmt::format("{} cannot be created: {}", directory_.string(), failure.message()));
+        require_writable_file("--figures", json().string());
+        const auto here = std::filesystem::read_symlink("/proc/self/exe", failure).parent_path();
+        for (const char* place : {"../../python", "../share/ordo"})
+            if (std::filesystem::exists(here / place / "ordo_figures.py")) script_ = here / place / "ordo_figures.py";
+        if (script_.empty()) refuse("ordo_figures.py is neither beside the sources nor in share/ordo");
+        if (run({"-c", "import matplotlib, numpy"}) != 0) refuse("python3 has no matplotlib; install python3-matplotlib");
+    }
+
+    void draw(const std::string& text) const
+    {
+        write_file(json(), text);
+        if (run({script_.string(), "convergence", json().string(), "-o", directory_.string()}) != 0)
+            throw OutputError(fmt::format("--figures {}: the plots were not drawn", directory_.string()));
+    }
+
+  private:
+    [[noreturn]] static void refuse(const std::string& why) { throw InputError("--figures: " + why); }
+    std::filesystem::path json() const { return directory_ / "verify.json"; }
+
+    /// The exit code of Debian's python3, which has Debian's packages, or of the one in the path.
+    static int run(std::vector<std::string> arguments)
+    {
+        const bool has_debians = access("/usr/bin/python3", X_OK) == 0;
+        arguments.insert(arguments.begin(), has_debians ? "/usr/bin/python3" : "python3");
+        std::vector<char*> argv;
+        for (std::string& a : arguments) argv.push_back(a.data());
+        argv.push_back(nullptr);
+        // What python prints goes to stderr: stdout may be for the JSON.
+        posix_spawn_file_actions_t actions{};
+        posix_spawn_file_actions_init(&actions);
+        posix_spawn_file_actions_adddup2(&actions, STDERR_FILENO, STDOUT_FILENO);
+        pid_t child   = 0;
+        int status    = 0;
+        const int bad = posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ);
+        posix_spawn_file_actions_destroy(&actions);
+        if (bad != 0 || waitpid(child, &status, 0) != child || !WIFEXITED(status)) return 1;
+        return WEXITSTATUS(status);
+    }
+
+    std::filesystem::path directory_, script_;
+};
+
+}  // namespace
+
+int verify(const VerifyOptions& options)
+{
+    const std::vector<Resolved> studies = choose_studies(options);
+    if (options.json && *options.json != "-") require_writable_file("--json", *options.json);
+    std::optional<Figures> figures;
+    if (options.figures) figures.emplace(*options.figures);
+    std::FILE* table = options.json == "-" ? stderr : stdout;
+    std::vector<Result> results;
+    int failures = 0;
+    for (const Resolved& study : studies) {
+        results.push_back(run_study(study, table));
+        failures += results.back().pass() == false;
+        if (options.json && *options.json != "-") write_file(*options.json, to_json(results));  // so far: a night is long
+    }
+    const std::string json = to_json(results);
+    if (options.json == "-") fmt::print("{}", json);
+    if (figures) figures->draw(json);
+    if (failures > 0) io::say("ordo: {} of {} studies miss a bar\n", failures, studies.size());
+    return failures > 0 ? 1 : 0;
+}
+
+}  // namespace ordo::app

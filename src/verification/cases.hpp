@@ -1,0 +1,21 @@
+// The cases, one function each; study.hpp says what a case is.
+#pragma once
+
+#include "verification/study.hpp"
+
+namespace ordo::verification {
+
+Case vibration_1d();
+Case vibration_2d();
+Case vibration_3d();
+Case vibration_two_waves();
+Case vibration_shifted();
+Case ring();
+Case vortex();
+Case shear_rotation();
+Case bar_small_strain();
+Case bar_large_strain();
+Case two_disks();
+Case wall_rebound();
+
+}  // namespace ordo::verification

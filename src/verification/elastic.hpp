@@ -1,0 +1,98 @@
+// What the cases with manufactured solutions share: parameters of the material and of the run, and how a motion becomes a
+// problem.
+#pragma once
+
+#include "verification/measure.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+namespace ordo::verification {
+
+/// Parameters of E, nu, density, cfl, end and the material law. `amplitude` and what else a case has come before them.
+inline std::vector<Parameter> elastic_parameters(std::vector<Parameter> own, double young, double poisson, double cfl, double end)
+{
+    const std::vector<Parameter> common{{"material", "neo-hookean", "material law", 0, 0, {"neo-hookean", "st-venant-kirchhoff"}},
+                                        {"young", young, "Young's modulus, Pa", 0},
+                                        {"nu", poisson, "Poisson's ratio", -1, 0.5},
+                                        {"density", 1000.0, "initial density, kg/m^3", 0},
+                                        {"cfl", cfl, "dt c/h with c = sqrt(E/rho0)", 0},
+                                        {"end", end, "end time, s", 0}};
+    own.insert(own.end(), common.begin(), common.end());
+    return own;
+}
+
+inline Material elastic_material(const Values& v)
+{
+    const double E = v.number("young"), nu = v.number("nu");
+    return {v.word("material") == "neo-hookean" ? MaterialModel::neo_hookean : MaterialModel::st_venant_kirchhoff,
+            v.number("density"), E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))};
+}
+
+/// c = sqrt(E/rho0), m/s: the speed that frequencies and time steps of the papers refer to.
+inline double paper_speed(const Values& v) { return std::sqrt(v.number("young") / v.number("density")); }
+
+/// A problem on a grid of cubes of size h = 1/cells; particles and the body's extent are the caller's.
+template <int D>
+Problem<D> on_grid(const Request& request, const Vec<D>& origin, const Index<D>& cells)
+{
+    Problem<D> p{};
+    p.model.method    = request.method;
+    p.model.h         = Vec<D>::filled(1.0 / request.cells);
+    p.model.origin    = origin;
+    p.model.cells     = cells;
+    p.model.materials = {elastic_material(request.values)};
+    p.model.body_forces.resize(1);
+    p.dt  = request.values.number("cfl") * p.model.h[0] / paper_speed(request.values);
+    p.end = request.values.number("end");
+    return p;
+}
+
+/// Frictionless walls at both ends of an axis.
+template <int D>
+void add_walls(Model<D>& model, int axis)
+{
+    for (const bool above : {false, true})
+        model.boundaries.push_back({.axis           = axis,
+                                    .outer_is_above = above,
+                                    .at             = model.origin[axis] + (above ? model.cells[axis] * model.h[axis] : 0.0),
+                                    .type           = BoundaryType::symmetry,
+                                    .value          = {}});
+}
+
+/// Makes the motion of the material the solution of the problem, by its body force.
+template <int D, class Motion>
+void manufacture(Problem<D>& problem, const Motion& motion)
+{
+    const Material& m = problem.model.materials[0];
+    auto with         = [&](const auto& law) {
+        const auto solution = std::make_shared<Manufactured<D, Motion, std::decay_t<decltype(law)>>>(motion, law, m.density);
+        problem.solution    = solution;
+        problem.model.body_force_kernel = [solution](const ParticleView<D>& p, std::ptrdiff_t begin, std::ptrdiff_t end,
+                                                     double t) { solution->fill_body_force(p, begin, end, t); };
+    };
+    if (m.model == MaterialModel::neo_hookean)
+        with(NeoHookean{m.lambda, m.mu});
+    else
+        with(StVenantKirchhoff{m.lambda, m.mu});
+}
+
+/// A problem in the unit box between frictionless walls.
+template <int D, class Motion>
+Problem<D> in_unit_box(const Request& request, const Motion& motion)
+{
+    Problem<D> p = on_grid<D>(request, Vec<D>{}, Index<D>::filled(request.cells));
+    for (int a = 0; a < D; ++a) add_walls(p.model, a);
+    p.seeds =
+        fill_box(Bounds<D>{Vec<D>{}, Vec<D>::filled(1.0)}, SubCells<D>{Vec<D>{}, p.model.h, Index<D>::filled(request.per_axis)});
+    p.contains = [](const Vec<D>& X) {
+        for (int a = 0; a < D; ++a)
+            if (!(X[a] >= -1e-12 && X[a] <= 1 + 1e-12)) return false;
+        return true;
+    };
+    manufacture(p, motion);
+    return p;
+}
+
+}  // namespace ordo::verification

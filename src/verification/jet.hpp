@@ -1,0 +1,155 @@
+// Forward automatic differentiation of motions and materials, templates on their scalar: a motion takes Jets (first and
+// second derivatives in space and time), a material Gradients. T is double or eight of them (Lanes).
+#pragma once
+
+#include "base/config.hpp"
+#include "verification/lane_math.hpp"
+
+namespace ordo::verification {
+
+/// A value and its gradient with respect to N variables.
+template <int N, class T = double>
+struct Gradient {
+    T value{};
+    T slope[N]{};
+
+    Gradient() = default;
+    ORDO_FLAT Gradient(double constant) : value(broadcast<T>(constant)) {}
+
+    ORDO_FLAT Gradient& operator+=(const Gradient& o)
+    {
+        value = value + o.value;
+        for (int i = 0; i < N; ++i) slope[i] = slope[i] + o.slope[i];
+        return *this;
+    }
+    ORDO_FLAT Gradient& operator-=(const Gradient& o) { return *this += -o; }
+    ORDO_FLAT Gradient& operator*=(const Gradient& o) { return *this = *this * o; }
+
+    friend ORDO_FLAT Gradient operator+(Gradient a, const Gradient& b) { return a += b; }
+    friend ORDO_FLAT Gradient operator-(Gradient a, const Gradient& b) { return a -= b; }
+    friend ORDO_FLAT Gradient operator-(Gradient a)
+    {
+        a.value = -a.value;
+        for (int i = 0; i < N; ++i) a.slope[i] = -a.slope[i];
+        return a;
+    }
+    friend ORDO_FLAT Gradient operator*(const Gradient& a, const Gradient& b)
+    {
+        Gradient r;
+        r.value = a.value * b.value;
+        for (int i = 0; i < N; ++i) r.slope[i] = a.slope[i] * b.value + a.value * b.slope[i];
+        return r;
+    }
+    friend ORDO_FLAT Gradient operator/(const Gradient& a, const Gradient& b)
+    {
+        Gradient r;
+        const T inverse = broadcast<T>(1.0) / b.value;
+        r.value         = a.value * inverse;
+        for (int i = 0; i < N; ++i) r.slope[i] = (a.slope[i] - r.value * b.slope[i]) * inverse;
+        return r;
+    }
+    friend ORDO_FLAT Gradient log(const Gradient& a)
+    {
+        Gradient r;
+        const T inverse = broadcast<T>(1.0) / a.value;
+        r.value         = log(a.value);
+        for (int i = 0; i < N; ++i) r.slope[i] = a.slope[i] * inverse;
+        return r;
+    }
+};
+
+/// A value with its derivatives in space and time: the gradient and the Hessian with respect to D coordinates, the first
+/// and second derivative in time, nothing mixed.
+template <int D, class T = double>
+struct Jet {
+    static constexpr int pairs = D * (D + 1) / 2;
+
+    T value{};
+    T slope[D + 1]{};          ///< along the coordinates, then in time
+    T curvature[pairs + 1]{};  ///< entries i <= j of the Hessian, see `at`, then in time
+
+    Jet() = default;
+    ORDO_FLAT Jet(double constant) : value(broadcast<T>(constant)) {}
+    /// Coordinate i, or for i = D the time.
+    ORDO_FLAT static Jet variable(const T& value, int i)
+    {
+        Jet r;
+        r.value    = value;
+        r.slope[i] = broadcast<T>(1.0);
+        return r;
+    }
+    ORDO_FLAT static constexpr int at(int i, int j) { return i <= j ? j * (j + 1) / 2 + i : at(j, i); }
+    /// The derivative of the i-th slope along coordinate j.
+    ORDO_FLAT const T& second(int i, int j) const { return curvature[at(i, j)]; }
+    ORDO_FLAT const T& rate() const { return slope[D]; }
+    ORDO_FLAT const T& acceleration() const { return curvature[pairs]; }
+
+    /// Calls f(i, j, k) for each second derivative: of the slopes i and j, entry k.
+    template <class F>
+    ORDO_FLAT static void for_each_pair(F&& f)
+    {
+        for (int j = 0; j < D; ++j)
+            for (int i = 0; i <= j; ++i) f(i, j, at(i, j));
+        f(D, D, pairs);
+    }
+
+    /// f(a) from f, f' and f'' at a.value.
+    friend ORDO_FLAT Jet chain(const Jet& a, const T& f, const T& f1, const T& f2)
+    {
+        Jet r;
+        r.value = f;
+        for (int i = 0; i <= D; ++i) r.slope[i] = f1 * a.slope[i];
+        for_each_pair([&](int i, int j, int k) { r.curvature[k] = f1 * a.curvature[k] + f2 * a.slope[i] * a.slope[j]; });
+        return r;
+    }
+    friend ORDO_FLAT Jet operator+(Jet a, const Jet& b)
+    {
+        a.value = a.value + b.value;
+        for (int i = 0; i <= D; ++i) a.slope[i] = a.slope[i] + b.slope[i];
+        for (int k = 0; k <= pairs; ++k) a.curvature[k] = a.curvature[k] + b.curvature[k];
+        return a;
+    }
+    friend ORDO_FLAT Jet operator-(const Jet& a, const Jet& b) { return a + -1.0 * b; }
+    friend ORDO_FLAT Jet operator*(const Jet& a, const Jet& b)
+    {
+        Jet r;
+        r.value = a.value * b.value;
+        for (int i = 0; i <= D; ++i) r.slope[i] = a.slope[i] * b.value + a.value * b.slope[i];
+        for_each_pair([&](int i, int j, int k) {
+            r.curvature[k] =
+                a.curvature[k] * b.value + a.value * b.curvature[k] + a.slope[i] * b.slope[j] + a.slope[j] * b.slope[i];
+        });
+        return r;
+    }
+    friend ORDO_FLAT Jet operator*(double s, Jet a)
+    {
+        a.value = s * a.value;
+        for (int i = 0; i <= D; ++i) a.slope[i] = s * a.slope[i];
+        for (int k = 0; k <= pairs; ++k) a.curvature[k] = s * a.curvature[k];
+        return a;
+    }
+    friend ORDO_FLAT Jet operator+(Jet a, double s)
+    {
+        a.value = a.value + broadcast<T>(s);
+        return a;
+    }
+    friend ORDO_FLAT Jet operator-(const Jet& a, double s) { return a + -s; }
+
+    friend ORDO_FLAT Jet sin(const Jet& a)
+    {
+        const T s = sin(a.value), c = cos(a.value);
+        return chain(a, s, c, -s);
+    }
+    friend ORDO_FLAT Jet cos(const Jet& a)
+    {
+        const T s = sin(a.value), c = cos(a.value);
+        return chain(a, c, -s, -c);
+    }
+    friend ORDO_FLAT Jet sqrt(const Jet& a)
+    {
+        const T r = sqrt(a.value), f1 = broadcast<T>(0.5) / r;
+        return chain(a, r, f1, -0.5 * f1 / a.value);
+    }
+};
+
+}  // namespace ordo::verification

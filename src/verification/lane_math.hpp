@@ -1,0 +1,81 @@
+// sin, cos, log and sqrt of eight numbers at once, so that body forces by automatic differentiation cost a fraction of a
+// step: glibc's vector library (libmvec) where CMake found it and the machine has the registers, else one by one.
+#pragma once
+
+#include "base/lanes.hpp"
+
+#include <cmath>
+
+// Names of glibc's vector ABI: e and d are AVX-512 and AVX2, the number is that of the lanes.
+#if defined(ORDO_LIBMVEC) && defined(__AVX512F__)
+extern "C" {
+[[gnu::const]] ordo::Lanes::Vector _ZGVeN8v_sin(ordo::Lanes::Vector);
+[[gnu::const]] ordo::Lanes::Vector _ZGVeN8v_cos(ordo::Lanes::Vector);
+[[gnu::const]] ordo::Lanes::Vector _ZGVeN8v_log(ordo::Lanes::Vector);
+}
+#elif defined(ORDO_LIBMVEC) && defined(__AVX2__)
+extern "C" {
+[[gnu::const]] ordo::Lanes::Half _ZGVdN4v_sin(ordo::Lanes::Half);
+[[gnu::const]] ordo::Lanes::Half _ZGVdN4v_cos(ordo::Lanes::Half);
+[[gnu::const]] ordo::Lanes::Half _ZGVdN4v_log(ordo::Lanes::Half);
+}
+#endif
+
+namespace ordo::verification {
+
+/// A constant in the scalar type T.
+template <class T>
+ORDO_FLAT inline T broadcast(double s)
+{
+    return s;
+}
+template <>
+ORDO_FLAT inline Lanes broadcast<Lanes>(double s)
+{
+    return make_lanes(s, s, s, s, s, s, s, s);
+}
+
+}  // namespace ordo::verification
+
+namespace ordo {
+
+using std::cos;
+using std::log;
+using std::sin;
+using std::sqrt;
+
+template <class F>
+ORDO_FLAT inline Lanes each_lane(Lanes a, F&& f)
+{
+    for (int k = 0; k < 8; ++k) a[k] = f(a[k]);
+    return a;
+}
+
+#if defined(ORDO_LIBMVEC) && defined(__AVX512F__)
+ORDO_FLAT inline Lanes sin(const Lanes& a) { return {_ZGVeN8v_sin(a.v)}; }
+ORDO_FLAT inline Lanes cos(const Lanes& a) { return {_ZGVeN8v_cos(a.v)}; }
+ORDO_FLAT inline Lanes log(const Lanes& a) { return {_ZGVeN8v_log(a.v)}; }
+#elif defined(ORDO_LIBMVEC) && defined(__AVX2__)
+ORDO_FLAT inline Lanes sin(const Lanes& a) { return {_ZGVdN4v_sin(a.lo), _ZGVdN4v_sin(a.hi)}; }
+ORDO_FLAT inline Lanes cos(const Lanes& a) { return {_ZGVdN4v_cos(a.lo), _ZGVdN4v_cos(a.hi)}; }
+ORDO_FLAT inline Lanes log(const Lanes& a) { return {_ZGVdN4v_log(a.lo), _ZGVdN4v_log(a.hi)}; }
+#else
+ORDO_FLAT inline Lanes sin(const Lanes& a)
+{
+    return each_lane(a, [](double x) { return std::sin(x); });
+}
+ORDO_FLAT inline Lanes cos(const Lanes& a)
+{
+    return each_lane(a, [](double x) { return std::cos(x); });
+}
+ORDO_FLAT inline Lanes log(const Lanes& a)
+{
+    return each_lane(a, [](double x) { return std::log(x); });
+}
+#endif
+ORDO_FLAT inline Lanes sqrt(const Lanes& a)
+{
+    return each_lane(a, [](double x) { return std::sqrt(x); });
+}
+
+}  // namespace ordo

@@ -1,0 +1,220 @@
+#include "verification/measure.hpp"
+
+#include "base/error.hpp"
+#include "method/diagnostics.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace ordo::verification {
+
+namespace {
+
+/// Counts and sizes of a row.
+template <int D>
+Row row_of(const Problem<D>& problem)
+{
+    Row row{};
+    row.h              = problem.model.h[0];
+    row.cells          = static_cast<int>(std::lround(1 / row.h));
+    row.particles      = static_cast<int>(problem.seeds.size());
+    const double steps = std::ceil(problem.end / problem.dt * (1 - 1e-9));
+    if (!(steps >= 1 && steps <= 1e9))
+        throw InputError(fmt::format("end = {} s takes {:.3g} steps of dt = {} s; choose another end, cfl or dt", problem.end,
+                                     steps, problem.dt));
+    row.steps = std::lround(steps);
+    row.dt    = problem.end / static_cast<double>(row.steps);
+    return row;
+}
+
+template <int D>
+Particles<D> plant_all(const Problem<D>& problem)
+{
+    Particles<D> p(static_cast<int>(problem.seeds.size()), field_groups(problem.model));
+    for (int i = 0; i < p.count; ++i) plant(p, i, problem.seeds[i], problem.model.materials[0].density);
+    return p;
+}
+
+/// Takes all steps; after each `after(s)`. Fills seconds, and failed when the run ends early.
+template <int D, class After>
+void advance(Explicit<D>& method, State<D>& s, Row& row, After&& after)
+{
+    StageTimes times;
+    method.measure(&times);
+    const auto begin = std::chrono::steady_clock::now();
+    try {
+        for (long k = 0; k < row.steps; ++k) {
+            method.step(s, row.dt);
+            after(s);
+        }
+    } catch (const NumericalError& e) {
+        row.failed = e.what();
+        row.steps  = s.n;
+    }
+    row.seconds            = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    row.seconds_body_force = times.seconds[StageTimes::body_force];
+    method.measure(nullptr);
+}
+
+/// Sums of squares of errors over particles, plain and weighted, and of the exact values.
+struct Squares {
+    double plain = 0, weighted = 0, exact = 0;
+
+    void add(double error2, double exact2, double V)
+    {
+        plain += error2;
+        weighted += V * error2;
+        exact += V * exact2;
+    }
+};
+
+template <int D>
+void measure_particles(const Problem<D>& problem, const State<D>& s, Row& row)
+{
+    const Particles<D>& p       = s.particles;
+    const Solution<D>& solution = *problem.solution;
+    const Material& material    = problem.model.materials[0];
+    Squares displacement, velocity, stress, density;
+    double kinetic = 0, strain = 0;
+    Vec<D> momentum{};
+    for (int i = 0; i < p.count; ++i) {
+        const Vec<D> x = solution.position(p.X[i], s.t), v = solution.velocity(p.X[i], s.t_v);
+        const Mat<D> F = solution.deformation(p.X[i], s.t_F), sigma = solution.stress(p.X[i], s.t_F);
+        const double rho = material.density / det(F);
+        displacement.add(dot(p.x[i] - x, p.x[i] - x), dot(x - p.X[i], x - p.X[i]), p.V[i]);
+        velocity.add(dot(p.v[i] - v, p.v[i] - v), dot(v, v), p.V[i]);
+        stress.add(ddot(p.sigma[i] - sigma, p.sigma[i] - sigma), ddot(sigma, sigma), p.V[i]);
+        density.add(std::pow(p.m[i] / p.V[i] - rho, 2), rho * rho, p.V[i]);
+        kinetic += 0.5 * p.m[i] * dot(v, v);
+        strain += strain_energy(material, F, sigma, p.V0[i], det(F) * p.V0[i]);
+        momentum += p.m[i] * v;
+    }
+    const std::pair<const char*, const Squares&> all[] = {
+        {"displacement", displacement}, {"velocity", velocity}, {"stress", stress}, {"density", density}};
+    for (const auto& [name, sum] : all) {
+        row.error.emplace_back(name, std::sqrt(sum.plain / p.count));
+        row.error_l2.emplace_back(name, std::sqrt(sum.weighted));
+        if (problem.is_reference) row.error_relative.emplace_back(name, std::sqrt(sum.weighted / sum.exact));
+    }
+    const Totals sums = totals(problem.model, p);
+    row.quantities    = {{"kinetic_energy", sums.kinetic_energy},
+                         {"kinetic_energy_exact", kinetic},
+                         {"strain_energy", sums.strain_energy},
+                         {"strain_energy_exact", strain}};
+    for (int a = 0; a < D; ++a) {
+        const std::string axis(1, static_cast<char>('x' + a));
+        row.quantities.emplace_back("momentum_" + axis, sums.momentum[a]);
+        row.quantities.emplace_back("momentum_" + axis + "_exact", momentum[a]);
+    }
+}
+
+/// Momentum and velocity of the nodes. A node at x has the velocity of the material point that is at x now, at the time
+/// of the velocities.
+template <int D>
+void measure_nodes(const Problem<D>& problem, const Explicit<D>& method, State<D>& s, Row& row)
+{
+    const Vec<D> momentum = method.project(s);
+    Vec<D> defect         = momentum;
+    double size           = 0;
+    for (int i = 0; i < s.particles.count; ++i) {
+        defect -= s.particles.m[i] * s.particles.v[i];
+        size += s.particles.m[i] * norm(s.particles.v[i]);
+    }
+    for (int a = 0; a < D; ++a)
+        row.quantities.emplace_back(std::string("momentum_grid_") + static_cast<char>('x' + a), momentum[a]);
+    row.quantities.emplace_back("momentum_defect", size > 0 ? norm(defect) / size : 0.0);
+    if (problem.is_reference) return;
+
+    double sum = 0, volume = 1;
+    for (int a = 0; a < D; ++a) volume *= problem.model.h[a];
+    Index<D> first = Index<D>::filled(s.lattice.margin), last{};
+    for (int a = 0; a < D; ++a) last[a] = first[a] + s.lattice.cells[a] + 1;
+    IndexBox<D>{first, last}.for_each([&](const Index<D>& at) {
+        const Lanes& node = s.nodes[s.lattice.offset(at)];
+        if (!(node[NodeLane::mass] > 0)) return;
+        Vec<D> x{}, v{};
+        for (int a = 0; a < D; ++a) {
+            x[a] = s.lattice.node_position(a, at[a]);
+            v[a] = node[NodeLane::velocity + a];
+        }
+        const auto X = material_point(*problem.solution, x, s.t);
+        if (!X || !problem.contains(*X)) return;
+        const Vec<D> e = v - problem.solution->velocity(*X, s.t_v);
+        double share   = volume;  // of the node in the grid
+        for (int a = 0; a < D; ++a)
+            if (at[a] == first[a] || at[a] == last[a] - 1) share /= 2;
+        sum += share * dot(e, e);
+    });
+    row.error_l2.emplace_back("velocity_grid", std::sqrt(sum));
+}
+
+}  // namespace
+
+template <int D>
+Row measure(const Problem<D>& problem)
+{
+    Row row = row_of(problem);
+    if (row.particles == 0) {
+        row.failed = "the mesh is too coarse to hold a particle";
+        return row;
+    }
+    Explicit<D> method(problem.model);
+    Particles<D> particles = plant_all(problem);
+    for (int i = 0; i < particles.count; ++i) {
+        const Vec<D> X = problem.seeds[i].x;
+        particles.X[i] = X;
+        particles.x[i] = problem.solution->position(X, 0.0);
+        particles.v[i] = problem.solution->velocity(X, 0.0);
+        particles.F[i] = problem.solution->deformation(X, 0.0);
+    }
+    State<D> s = method.start_deformed(std::move(particles));
+    advance(method, s, row, [](const State<D>&) {});
+    if (!row.failed.empty()) return row;
+    measure_particles(problem, s, row);
+    measure_nodes(problem, method, s, row);
+    for (const auto& [name, value] : row.error)
+        if (!std::isfinite(value)) row.failed = "the error of " + name + " is not a finite number";
+    return row;
+}
+
+template <int D>
+Row watch(const Problem<D>& problem)
+{
+    Row row = row_of(problem);
+    if (row.particles == 0) {
+        row.failed = "the mesh is too coarse to hold a particle";
+        return row;
+    }
+    Explicit<D> method(problem.model);
+    Particles<D> particles = plant_all(problem);
+    for (int i = 0; i < particles.count; ++i) particles.v[i] = problem.velocity(problem.seeds[i].x);
+    State<D> s         = method.start(std::move(particles));
+    const Totals first = totals(problem.model, s.particles);
+    double size = 0, largest = 0, strain = 0;
+    for (int i = 0; i < s.particles.count; ++i) size += s.particles.m[i] * norm(s.particles.v[i]);
+    Totals last = first;
+    advance(method, s, row, [&](const State<D>& now) {
+        last    = totals(problem.model, now.particles);
+        largest = std::max(largest, last.total_energy());
+        strain  = std::max(strain, last.strain_energy);
+    });
+    if (!row.failed.empty()) return row;
+    const double energy = first.total_energy();
+    row.quantities      = {{"total_energy", last.total_energy() / energy},
+                           {"largest_total_energy", largest / energy},
+                           {"largest_strain_energy", strain / energy},
+                           {"momentum_change", norm(last.momentum - first.momentum) / size}};
+    for (int a = 0; a < D; ++a)
+        row.quantities.emplace_back(std::string("momentum_") + static_cast<char>('x' + a), last.momentum[a]);
+    return row;
+}
+
+template Row measure(const Problem<1>&);
+template Row measure(const Problem<2>&);
+template Row measure(const Problem<3>&);
+template Row watch(const Problem<2>&);
+
+}  // namespace ordo::verification

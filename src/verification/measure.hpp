@@ -1,0 +1,38 @@
+// Runs a problem that has an exact or a reference solution, and measures its errors in the norms of docs/verification.md.
+#pragma once
+
+#include "method/explicit.hpp"
+#include "particles/seeding.hpp"
+#include "verification/solution.hpp"
+#include "verification/study.hpp"
+
+#include <functional>
+#include <memory>
+
+namespace ordo::verification {
+
+/// A problem ready to run, its particles of material 0 given in the reference configuration.
+template <int D>
+struct Problem {
+    Model<D> model;
+    std::vector<Seed<D>> seeds;
+    double dt  = 0;  ///< at most, s; steps are equal
+    double end = 0;  ///< s
+
+    std::shared_ptr<const Solution<D>> solution;    ///< for `measure`
+    std::function<bool(const Vec<D>& X)> contains;  ///< whether the body has the material point X
+    bool is_reference = false;                      ///< the solution is a computed one, known at 0 and `end` only
+
+    std::function<Vec<D>(const Vec<D>& X)> velocity;  ///< at the start, for `watch`, m/s
+};
+
+/// Runs to the end. A run that fails is a row with its reason.
+template <int D>
+Row measure(const Problem<D>& problem);
+
+/// Runs without a solution and watches the sums over all particles: total energy at the end and its largest value over
+/// the first one, and the change of momentum over the first sum of m |v|.
+template <int D>
+Row watch(const Problem<D>& problem);
+
+}  // namespace ordo::verification

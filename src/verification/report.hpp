@@ -1,0 +1,31 @@
+// Studies as JSON and as text.
+#pragma once
+
+#include "verification/study.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace ordo::verification {
+
+/// A study that was run.
+struct Result {
+    Resolved study;
+    std::vector<Row> rows;
+    std::vector<Verdict> verdicts;
+
+    /// Whether all bars that could be judged are met; nothing without any.
+    std::optional<bool> pass() const;
+};
+
+/// The array that `ordo verify --json` writes. Numbers that there are not, and infinite ones, are null.
+std::string to_json(const std::vector<Result>& results);
+
+/// The title of a study's table, the header of its columns, one row (with orders against the one before it), the bars.
+std::string table_title(const Resolved& study);
+std::string table_header(const Row& row);
+std::string table_row(const Row& row, const Row* before);
+std::string table_bars(const Result& result);
+
+}  // namespace ordo::verification

@@ -1,0 +1,126 @@
+// What a computed solution is compared with, and manufactured solutions: motion and material in, everything else by
+// automatic differentiation.
+#pragma once
+
+#include "material/material.hpp"
+#include "particles/particles.hpp"
+#include "verification/jet.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace ordo::verification {
+
+/// An exact or a reference solution, asked for by material point X and time.
+template <int D>
+class Solution {
+  public:
+    virtual ~Solution() = default;
+
+    virtual Vec<D> position(const Vec<D>& X, double t) const    = 0;  ///< x, m
+    virtual Vec<D> velocity(const Vec<D>& X, double t) const    = 0;  ///< m/s
+    virtual Mat<D> deformation(const Vec<D>& X, double t) const = 0;  ///< F
+    virtual Mat<D> stress(const Vec<D>& X, double t) const      = 0;  ///< Cauchy, Pa
+};
+
+/// x, v, a, F and the gradient of F at a material point, T = double or Lanes.
+template <int D, class T>
+struct Kinematics {
+    Vec<D, T> x, v, a;
+    Mat<D, Gradient<D, T>> F;
+};
+
+template <int D, class T, class Motion>
+ORDO_FLAT inline Kinematics<D, T> kinematics(const Motion& motion, const Vec<D, T>& X, const T& t)
+{
+    using J = Jet<D, T>;
+    Vec<D, J> at{};
+    for (int a = 0; a < D; ++a) at[a] = J::variable(X[a], a);
+    const Vec<D, J> x = motion(at, J::variable(t, D));
+    Kinematics<D, T> r{};
+    for (int i = 0; i < D; ++i) {
+        r.x[i] = x[i].value;
+        r.v[i] = x[i].rate();
+        r.a[i] = x[i].acceleration();
+        for (int j = 0; j < D; ++j) {
+            r.F(i, j).value = x[i].slope[j];
+            for (int k = 0; k < D; ++k) r.F(i, j).slope[k] = x[i].second(j, k);
+        }
+    }
+    return r;
+}
+
+/// Body force per mass that makes the motion a solution: b = a - Div P/rho0, P = sigma cof F, m/s^2.
+template <int D, class T, Hyperelastic Law>
+ORDO_FLAT inline Vec<D, T> body_force(const Kinematics<D, T>& k, const Law& law, double density)
+{
+    const auto P  = law.cauchy(k.F) * cofactor(k.F);
+    Vec<D, T> b   = k.a;
+    const T scale = broadcast<T>(-1.0 / density);
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) b[i] = b[i] + scale * P(i, j).slope[j];
+    return b;
+}
+
+/// A motion of a hyperelastic material.
+template <int D, class Motion, Hyperelastic Law>
+class Manufactured final : public Solution<D> {
+  public:
+    Manufactured(const Motion& motion, const Law& law, double density) : motion_(motion), law_(law), density_(density) {}
+
+    Vec<D> position(const Vec<D>& X, double t) const override { return kinematics(motion_, X, t).x; }
+    Vec<D> velocity(const Vec<D>& X, double t) const override { return kinematics(motion_, X, t).v; }
+    Mat<D> deformation(const Vec<D>& X, double t) const override
+    {
+        const auto k = kinematics(motion_, X, t);
+        Mat<D> F{};
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j < D; ++j) F(i, j) = k.F(i, j).value;
+        return F;
+    }
+    Mat<D> stress(const Vec<D>& X, double t) const override { return law_.cauchy(deformation(X, t)); }
+    /// One particle at a time: the plain version of `fill_body_force`.
+    Vec<D> force(const Vec<D>& X, double t) const { return body_force(kinematics(motion_, X, t), law_, density_); }
+
+    /// b of the particles [begin, end), eight at a time.
+    void fill_body_force(const ParticleView<D>& p, std::ptrdiff_t begin, std::ptrdiff_t end, double t) const
+    {
+        for (std::ptrdiff_t i = begin; i < end; i += 8) {
+            const int n = static_cast<int>(std::min<std::ptrdiff_t>(8, end - i));
+            Vec<D, Lanes> X{};
+            for (int k = 0; k < 8; ++k)
+                for (int a = 0; a < D; ++a) X[a][k] = p.X[i + std::min(k, n - 1)][a];
+            const Vec<D, Lanes> b = body_force(kinematics(motion_, X, broadcast<Lanes>(t)), law_, density_);
+            for (int k = 0; k < n; ++k)
+                for (int a = 0; a < D; ++a) p.b[i + k][a] = b[a][k];
+        }
+    }
+
+  private:
+    Motion motion_;
+    Law law_;
+    double density_;
+};
+
+/// The material point that is at x at time t, by Newton's method along the way from the start; none where it is lost.
+template <int D>
+std::optional<Vec<D>> material_point(const Solution<D>& solution, const Vec<D>& x, double t)
+{
+    constexpr int stages = 8, iterations = 30;
+    constexpr double tolerance = 1e-13;
+    Vec<D> X                   = x;
+    for (int stage = 1; stage <= stages; ++stage) {
+        const double s = t * stage / stages;
+        for (int k = 0; k < iterations; ++k) {
+            const Vec<D> step = inverse(solution.deformation(X, s)) * (x - solution.position(X, s));
+            X += step;
+            if (!std::isfinite(norm(X))) return std::nullopt;
+            if (norm(step) <= tolerance * (1 + norm(X))) break;
+        }
+    }
+    if (norm(x - solution.position(X, t)) > 1e-10 * (1 + norm(x))) return std::nullopt;
+    return X;
+}
+
+}  // namespace ordo::verification

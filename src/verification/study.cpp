@@ -1,0 +1,296 @@
+#include "verification/study.hpp"
+
+#include "base/error.hpp"
+#include "io/schema.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+
+namespace ordo::verification {
+
+namespace {
+
+constexpr double kNaN      = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// What comes after `prefix`, where `text` starts with it.
+std::optional<std::string_view> after(std::string_view text, std::string_view prefix)
+{
+    if (!text.starts_with(prefix)) return std::nullopt;
+    return text.substr(prefix.size());
+}
+
+std::optional<double> parse_number(const std::string& text)
+{
+    double number       = 0;
+    const char* first   = text.data() + (text.starts_with('+') ? 1 : 0);
+    const auto [end, e] = std::from_chars(first, text.data() + text.size(), number);
+    if (e != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    return number;
+}
+
+std::string text_of(const Value& value)
+{
+    if (const double* number = std::get_if<double>(&value)) return fmt::format("{}", *number);
+    return std::get<std::string>(value);
+}
+
+/// Sets the axis `name` of a method to `choice`.
+void set_axis(MethodSpec& spec, const std::string& name, const Value& value)
+{
+    const std::string choice = text_of(value);
+    if (name == "pic_fraction") {
+        const auto number = parse_number(choice);
+        if (!number || !(*number >= 0 && *number <= 1))
+            throw InputError(fmt::format("--set method.pic_fraction={}: it must be a number from 0 to 1", choice));
+        spec.pic_fraction = *number;
+        return;
+    }
+    bool found = false;
+    std::vector<std::string> axes{"pic_fraction"};
+    for_each_axis([&](auto member) {
+        using E = std::decay_t<decltype(spec.*member)>;
+        axes.emplace_back(Axis<E>::key);
+        if (Axis<E>::key != name) return;
+        const std::vector<std::string> names = choice_names<E>();
+        if (std::find(names.begin(), names.end(), choice) == names.end())
+            throw InputError(
+                fmt::format("--set method.{}={}: there is no such choice. {}", name, choice, io::suggestion(choice, names)));
+        spec.*member = parse_choice<E>(choice);
+        found        = true;
+    });
+    if (!found)
+        throw InputError(fmt::format("--set method.{}: {}", name,
+                                     name == "preset" ? "the preset is chosen by --method"
+                                                      : "there is no such axis. " + io::suggestion(name, axes)));
+}
+
+/// The value as the parameter wants it; throws when it is not one.
+Value checked(const Parameter& parameter, const Value& value)
+{
+    auto refuse = [&](const std::string& why) {
+        throw InputError(fmt::format("--set {}={}: {}", parameter.name, text_of(value), why));
+    };
+    if (std::holds_alternative<std::string>(parameter.value)) {
+        const std::string word = text_of(value);
+        const auto& choices    = parameter.choices;
+        if (std::find(choices.begin(), choices.end(), word) == choices.end())
+            refuse("there is no such choice. " + io::suggestion(word, choices));
+        return word;
+    }
+    const auto number = std::holds_alternative<double>(value) ? std::optional(std::get<double>(value))
+                                                              : parse_number(std::get<std::string>(value));
+    if (!number || !std::isfinite(*number)) refuse("it must be a number");
+    if (!(*number > parameter.above && *number < parameter.below))
+        refuse(std::isinf(parameter.below) ? fmt::format("it must be larger than {}", parameter.above)
+                                           : fmt::format("it must be between {} and {}", parameter.above, parameter.below));
+    return *number;
+}
+
+std::string join(const std::vector<Parameter>& parameters)
+{
+    std::string text;
+    for (const Parameter& p : parameters) text += (text.empty() ? "" : ", ") + p.name;
+    return text;
+}
+
+/// The particles per axis that make up `ppc` in a cell.
+int per_axis_of(int ppc, int dim)
+{
+    const int n = static_cast<int>(std::lround(std::pow(ppc, 1.0 / dim)));
+    int all     = 1;
+    for (int a = 0; a < dim; ++a) all *= n;
+    if (all != ppc || n < 1)
+        throw InputError(fmt::format("--ppc {}: counted over the whole cell it must be a {} number in {}D, such as {}", ppc,
+                                     dim == 2 ? "square" : "cubic", dim, dim == 2 ? "1, 4, 9, 16" : "1, 8, 27, 64"));
+    return n;
+}
+
+/// Whether two studies of a case run the same: method and parameters, in whatever way they were set.
+bool run_the_same(const Resolved& a, const Resolved& b)
+{
+    const auto own = [](const Resolved& r) {
+        auto entries = r.request.values.entries;
+        std::erase_if(entries, [](const auto& e) { return e.first.starts_with("method."); });
+        return entries;
+    };
+    return a.preset == b.preset && a.ppc == b.ppc && a.request.method == b.request.method && own(a) == own(b);
+}
+
+/// The study without the bars that others lend it.
+Resolved resolve_one(const Case& of, const Study& study)
+{
+    Resolved r{};
+    r.of     = &of;
+    r.preset = study.method;
+    r.cells  = study.cells.empty() ? of.cells : study.cells;
+    r.bars   = study.bars;
+
+    std::vector<std::string> names;
+    bool found = false;
+    for (const Preset& p : presets()) {
+        names.emplace_back(p.name);
+        if (p.name != study.method) continue;
+        r.request.method = p.spec;
+        found            = true;
+    }
+    if (!found)
+        throw InputError(
+            fmt::format("--method {}: there is no such preset. {}", study.method, io::suggestion(study.method, names)));
+
+    for (const Parameter& p : of.parameters) r.request.values.set(p.name, p.value);
+    for (const auto& [name, value] : study.set) {
+        const auto p =
+            std::find_if(of.parameters.begin(), of.parameters.end(), [&](const Parameter& q) { return q.name == name; });
+        if (p != of.parameters.end() && !name.starts_with("method.")) {
+            r.request.values.set(name, checked(*p, value));
+        } else if (after(name, "method.")) {
+            r.request.values.set(name, text_of(value));
+        } else {
+            std::vector<std::string> known;
+            for (const Parameter& q : of.parameters) known.push_back(q.name);
+            const std::string near = io::nearest(name, known);
+            throw InputError(fmt::format("--set {}: case {} has no such parameter. {}It has {}; axes are set as method.AXIS",
+                                         name, of.name, near.empty() ? "" : "Did you mean \"" + near + "\"? ",
+                                         join(of.parameters)));
+        }
+    }
+    for (const auto& [name, value] : r.request.values.entries)
+        if (const auto axis = after(name, "method.")) set_axis(r.request.method, std::string(*axis), value);
+
+    const int dim = of.dim_of(r.request.values);
+    r.ppc         = study.ppc;
+    if (r.ppc == 0) {
+        r.ppc = 1;
+        for (int a = 0; a < dim; ++a) r.ppc *= of.per_axis;
+    }
+    r.request.per_axis = per_axis_of(r.ppc, dim);
+    return r;
+}
+
+}  // namespace
+
+double find(const Named& named, std::string_view name)
+{
+    for (const auto& [key, value] : named)
+        if (key == name) return value;
+    return kNaN;
+}
+
+const Value& Values::at(std::string_view name) const
+{
+    for (const auto& [key, value] : entries)
+        if (key == name) return value;
+    throw std::logic_error("no parameter " + std::string(name));
+}
+
+void Values::set(std::string_view name, const Value& value)
+{
+    for (auto& [key, old] : entries)
+        if (key == name) {
+            old = value;
+            return;
+        }
+    entries.emplace_back(name, value);
+}
+
+std::string Bar::what() const
+{
+    if (name == "failed") return fmt::format("run fails at {}", from);
+    return to > 0 ? fmt::format("{} order {}-{}", name, from, to) : fmt::format("{} at {}", name, from);
+}
+
+std::string Bar::limit() const
+{
+    if (std::isinf(low)) return fmt::format("<= {}", high);
+    if (std::isinf(high)) return fmt::format(">= {}", low);
+    return fmt::format("in [{}, {}]", low, high);
+}
+
+std::vector<Bar> orders_between(std::string_view name, const std::vector<int>& meshes, double low, double high)
+{
+    std::vector<Bar> bars;
+    for (std::size_t k = 1; k < meshes.size(); ++k)
+        bars.push_back({.name = std::string(name), .from = meshes[k - 1], .to = meshes[k], .low = low, .high = high});
+    return bars;
+}
+
+std::vector<Bar> orders_at_least(std::string_view name, const std::vector<int>& meshes, double low)
+{
+    return orders_between(name, meshes, low, kInfinity);
+}
+
+std::vector<Bar> orders_at_most(std::string_view name, const std::vector<int>& meshes, double high)
+{
+    return orders_between(name, meshes, -kInfinity, high);
+}
+
+Bar value_between(std::string_view name, int cells, double low, double high)
+{
+    return {.name = std::string(name), .from = cells, .low = low, .high = high};
+}
+
+Bar value_at_most(std::string_view name, int cells, double high) { return value_between(name, cells, -kInfinity, high); }
+
+Bar fails_at(int cells) { return {.name = "failed", .from = cells, .low = 1}; }
+
+std::vector<Bar> operator+(std::vector<Bar> a, const std::vector<Bar>& b)
+{
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+}
+
+int Case::dim_of(const Values& values) const
+{
+    for (const auto& [key, value] : values.entries)
+        if (key == "dim") return std::get<std::string>(value) == "3" ? 3 : 2;
+    return dim;
+}
+
+Resolved resolve(const Case& of, const Study& study)
+{
+    Resolved r = resolve_one(of, study);
+    if (!study.bars.empty()) return r;
+    for (const Study& other : of.studies) {
+        const Resolved o = resolve_one(of, other);
+        if (!run_the_same(o, r)) continue;
+        for (const Bar& bar : o.bars) {
+            auto is_same = [&](const Bar& b) { return b.what() == bar.what() && b.limit() == bar.limit(); };
+            if (std::none_of(r.bars.begin(), r.bars.end(), is_same)) r.bars.push_back(bar);
+        }
+    }
+    return r;
+}
+
+double value_of(const Row& row, std::string_view name)
+{
+    if (name == "failed") return row.failed.empty() ? 0.0 : 1.0;
+    if (const auto key = after(name, "l2 ")) return find(row.error_l2, *key);
+    if (const auto key = after(name, "relative ")) return find(row.error_relative, *key);
+    const double error = find(row.error, name);
+    return std::isnan(error) ? find(row.quantities, name) : error;
+}
+
+double order_between(const Row& coarse, const Row& fine, std::string_view name)
+{
+    const double e1 = value_of(coarse, name), e2 = value_of(fine, name);
+    if (!(e1 > 0 && e2 > 0)) return kNaN;
+    return std::log(e1 / e2) / std::log(coarse.h / fine.h);
+}
+
+Verdict Resolved::judge(const Bar& bar, const std::vector<Row>& rows) const
+{
+    const Row *from = nullptr, *to = nullptr;
+    for (const Row& row : rows) {
+        if (row.cells == bar.from) from = &row;
+        if (row.cells == bar.to) to = &row;
+    }
+    if (!from || (bar.to > 0 && !to)) return {.bar = bar};
+    return {.bar = bar, .was_run = true, .value = bar.to > 0 ? order_between(*from, *to, bar.name) : value_of(*from, bar.name)};
+}
+
+}  // namespace ordo::verification
