@@ -1,13 +1,17 @@
 #!/usr/bin/python3
-"""Figures and summaries of ordo's output: energies over time, particle domains coloured by a field.
+"""Figures and summaries of ordo's output: energies over time, particle domains coloured by a field, errors over h.
 
-Reads history.csv, probe_*.csv, particles.pvd and the VTU files it names; needs numpy, matplotlib and vtk.
+Reads history.csv, probe_*.csv, particles.pvd and the VTU files it names, and the JSON of `ordo verify`; needs numpy,
+matplotlib and, for particles, vtk.
 On the command line (see --help) or as a module: each function draws into axes that it is given.
 """
 
 import argparse
+import json
 import os
+import re
 import sys
+import textwrap
 import xml.etree.ElementTree as ElementTree
 
 import matplotlib
@@ -19,10 +23,14 @@ import matplotlib.ticker  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.collections import PolyCollection  # noqa: E402
 
-BLUE, ORANGE, BLACK = "#2a6fb0", "#d9730d", "#222222"
+BLUE, ORANGE, BLACK, GREY = "#2a6fb0", "#d9730d", "#222222", "#8c8c8c"
+COLOURS = [BLACK, ORANGE, BLUE, "#3c8d40", "#8a5fb5", "#c23b4e", "#1b9e9e", "#a3761b"]
+MARKERS = "osD^vP<X>"
 UNITS = {"displacement": "m", "position": "m", "velocity": "m/s", "stress": "Pa", "density": "kg/m³", "mass": "kg",
          "volume": "m³", "pressure": "Pa", "von_mises": "Pa", "energy_density": "J/m³"}
 LABELS = {"velocity": "speed", "von_mises": "von Mises stress"}
+SLOPES = "orders 1 and 2"
+ERRORS = ["displacement", "velocity", "stress", "density", "velocity_grid"]
 # The faces of a VTK hexahedron, seen from outside counter-clockwise.
 FACES = np.array([[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]])
 
@@ -97,6 +105,27 @@ def nearest_frames(directory, times):
     return [Frame(min(frames, key=lambda f: abs(f[0] - t))[1]) for t in times]
 
 
+def read_studies(file):
+    """The studies of `ordo verify --json`: case, method, parameters, h of the failed meshes, errors as name: [(h, error)]."""
+    try:
+        with open(file, encoding="utf-8") as stream:
+            return [read_study(s) for s in json.load(stream)]
+    except (ValueError, KeyError, TypeError, AttributeError) as e:
+        raise SystemExit(f"ordo_figures.py: {file}: not what ordo verify --json writes ({type(e).__name__}: {e})") from e
+
+
+def read_study(study):
+    errors = {name: [] for name in ERRORS}
+    for row in study["rows"]:
+        for name, found in errors.items():
+            e = row["error_l2" if name == "velocity_grid" else "error"].get(name)
+            if e is not None and 0 < e < np.inf:
+                found.append((float(row["h"]), e))
+    failed = [float(row["h"]) for row in study["rows"] if row["failed"]]
+    return {"case": str(study["case"]), "method": str(study["method"]), "parameters": dict(study["parameters"]),
+            "failed": failed, "errors": {name: sorted(found) for name, found in errors.items() if found}}
+
+
 # ---- drawing ---------------------------------------------------------------------------------------------------------
 
 def field_label(name):
@@ -115,7 +144,7 @@ def draw_energies(axes, directory):
 
 def draw_total_energies(axes, directories, labels):
     """Total energies of several runs, as in Tran et al. (2019) Figs. 54 and 58."""
-    for directory, label, colour in zip(directories, labels, [BLACK, ORANGE, BLUE, "#3c8d40", "#8a5fb5"]):
+    for directory, label, colour in zip(directories, labels, COLOURS):
         h = read_history(directory)
         axes.plot(h["time"], h["total_energy"], color=colour, label=label)
     finish_energy_axes(axes, h, "total energy, J", from_zero=False)
@@ -251,6 +280,53 @@ def draw_snapshots(axes, directory, times, field="velocity", view=None, dim=None
     return matplotlib.cm.ScalarMappable(norm, "viridis")
 
 
+def error_label(name):
+    if name == "velocity_grid":  # not divided by the volume, unlike the RMS over particles
+        return "grid velocity, $L_2$, m/s m$^{d/2}$"
+    return f"{name}, RMS, {UNITS[name]}"
+
+
+def draw_errors(axes, studies, name, methods):
+    """One error over h, a curve a study in the style of its method; failed meshes are crosses on the top edge."""
+    hs = sorted({h for s in studies for h in s["failed"] + [p[0] for c in s["errors"].values() for p in c]})
+    level = dict.fromkeys(hs, 1.0)  # crosses of several methods at one h stand above each other
+    curves = []
+    for study in studies:
+        k = methods.index(study["method"])
+        colour = COLOURS[k % len(COLOURS)]
+        if name in study["errors"]:
+            curves.append(np.array(study["errors"][name]).T)
+            axes.loglog(*curves[-1], color=colour, marker=MARKERS[k % len(MARKERS)], markersize=4.5, linewidth=1.1, label=study["method"])
+        for h in study["failed"]:
+            axes.plot(h, level[h], "x", color=colour, transform=axes.get_xaxis_transform(), clip_on=False,
+                      label=f"{study['method']} failed")
+            level[h] += 0.06
+    draw_slopes(axes, curves)
+    axes.set_xlim(hs[0] / 1.25, hs[-1] * 1.25)
+    ticks = []
+    for h in hs[::-1]:  # labels that have room
+        if not ticks or np.log(ticks[-1] / h) > 0.16 * np.log(hs[-1] / hs[0]):
+            ticks.append(h)
+    axes.set_xticks(ticks, [f"{h:.2g}" for h in ticks])
+    axes.minorticks_off()
+    axes.set_xlabel("h, m")
+    axes.set_ylabel(error_label(name))
+
+
+def draw_slopes(axes, curves):
+    """Lines of order 1 and 2 through one point, below all curves, over the coarser half of the meshes."""
+    low, high = min(c[0, 0] for c in curves), max(c[0, -1] for c in curves)
+    if low == high:
+        return
+    h = np.geomspace((low * high) ** 0.5, high, 20)
+    below = np.min([np.interp(np.log(h), *np.log(c)) for c in curves], axis=0)
+    start = np.exp(np.min(below - 2 * np.log(h / h[0]))) / 2
+    for order in (1, 2):
+        e = start * (h / h[0]) ** order
+        axes.plot(h[[0, -1]], e[[0, -1]], color=GREY, linewidth=0.9, label=SLOPES)
+        axes.annotate(str(order), (h[-1], e[-1]), (3, 0), textcoords="offset points", color=GREY, fontsize=8, va="center")
+
+
 # ---- whole figures ---------------------------------------------------------------------------------------------------
 
 def energies(directories, output, labels=None):
@@ -299,6 +375,57 @@ def summary(directories, output=sys.stdout):
         output.write(f"| {name} | {h['time'][-1]:.4g} | {len(h) - 1} | {' | '.join(text)} |\n")
 
 
+def convergence(file, directory):
+    """Errors over h of the studies of `ordo verify`: one PNG a case and set of parameters, a curve a method."""
+    studies = read_studies(file)
+    methods = list(dict.fromkeys(s["method"] for s in studies))
+    os.makedirs(directory, exist_ok=True)
+    for case in dict.fromkeys(s["case"] for s in studies):
+        sets = []  # of studies with the same parameters
+        for study in (s for s in studies if s["case"] == case):
+            same = [s for s in sets if s[0]["parameters"] == study["parameters"]]
+            same[0].append(study) if same else sets.append([study])
+        given = [s[0]["parameters"] for s in sets]
+        names = dict.fromkeys(name for p in given for name in p)
+        differing = [name for name in names if any(p.get(name) != given[0].get(name) for p in given)]
+        for group, parameters in zip(sets, given):
+            told = [[f"{n} {number(p[n])}" for n in p if (n in differing) == d] for p, d in ((parameters, True), (parameters, False))]
+            if not any(s["errors"] for s in group):
+                print(f"ordo_figures.py: {', '.join([case] + told[0])}: there are no errors to draw", file=sys.stderr)
+                continue
+            output = os.path.join(directory, re.sub(r"[^\w.+-]+", "-", "-".join([case] + told[0])) + ".png")
+            draw_convergence(group, output, methods, ", ".join([case] + told[0]), ", ".join(told[1]))
+            print(output)
+
+
+def draw_convergence(studies, output, methods, title, subtitle):
+    """A panel an error; the legend stands in the panel that is left over, or on the right."""
+    names = [name for name in ERRORS if any(name in s["errors"] for s in studies)]
+    columns = 3 if len(names) > 4 else min(len(names), 2)
+    rows = -(-len(names) // columns)
+    figure, axes = plt.subplots(rows, columns, figsize=(3.1 * columns, 2.5 * rows + 0.6), layout="constrained", squeeze=False)
+    entries = {}
+    for a, name in zip(axes.flat, names):
+        draw_errors(a, studies, name, methods)
+        entries.update(zip(*a.get_legend_handles_labels()[::-1]))
+    slopes = entries.pop(SLOPES, None)
+    if slopes:
+        entries[SLOPES] = slopes
+    for a in axes.flat[len(names):]:
+        a.set_axis_off()
+    if len(names) < axes.size:
+        axes.flat[-1].legend(entries.values(), entries.keys(), loc="center")
+    else:
+        axes[0, -1].legend(entries.values(), entries.keys(), loc="upper left", bbox_to_anchor=(1.05, 1))
+    figure.suptitle(f"{title}\n{textwrap.fill(subtitle, 36 * columns)}", fontsize=9)
+    figure.savefig(output)
+    plt.close(figure)
+
+
+def number(value):
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
+
+
 def numbers(text):
     return [float(t) for t in text.split(",")]
 
@@ -326,11 +453,15 @@ def main():
     c = commands.add_parser("summary", help="a Markdown table of energies, relative to the first")
     c.add_argument("directory", nargs="+")
 
+    c = commands.add_parser("convergence", help="errors over h of `ordo verify`, one PNG a case and set of parameters")
+    c.add_argument("file", help="what ordo verify --json wrote")
+    c.add_argument("-o", "--output", required=True, help="a directory")
+
     o = parser.parse_args()
     try:
         run(o)
     except OSError as e:
-        sys.exit(f"ordo_figures.py: {e}; give the directory of a run")
+        sys.exit(f"ordo_figures.py: {e}" + ("" if o.command == "convergence" else "; give the directory of a run"))
 
 
 def run(o):
@@ -338,6 +469,8 @@ def run(o):
         energies(o.directory, o.output, o.labels.split(",") if o.labels else None)
     elif o.command == "snapshots":
         snapshots(o.directory, o.output, o.times, o.field, View(*o.view), o.dim, o.limits, o.curve, o.walls)
+    elif o.command == "convergence":
+        convergence(o.file, o.output)
     else:
         summary(o.directory)
 

@@ -1,8 +1,9 @@
 #!/usr/bin/python3
-"""Checks that src/ keeps its layers: base < {grid, particles, material} < shape < kernels < method < io < app.
+"""Checks that src/ keeps its layers: base < {grid, particles, material} < shape < kernels < method < io <
+verification < app.
 
 A file includes its own layer and those below it; grid, particles and material do not include each other. Below io no
-header includes fmt, CLI11, toml++ or muParser (method/*.cpp may use fmt); only base/parallel.hpp knows OpenMP; a
+header includes fmt, CLI11, toml++, muParser or nlohmann-json (method/*.cpp may use fmt); only base/parallel.hpp knows OpenMP; a
 header starts with a comment and has #pragma once. One line a fault on stdout, exit 1 if there is any.
 """
 
@@ -21,7 +22,7 @@ BELOW["verification"] = BELOW["io"] | {"io"}
 BELOW["app"] = BELOW["verification"] | {"verification"}
 
 GENERATED = {"ordo_version.hpp": {"io", "verification", "app"}}
-LIBRARIES = {"fmt": r"fmt/", "CLI11": r"CLI/", "toml++": r"toml\+\+/|toml\.hpp", "muParser": r"muParser"}
+LIBRARIES = {"fmt": r"fmt/", "CLI11": r"CLI/", "toml++": r"toml\+\+/|toml\.hpp", "muParser": r"muParser", "nlohmann-json": r"nlohmann/"}
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 OPENMP = re.compile(r"\bomp_\w|#\s*pragma\s+omp|<omp\.h>")
 

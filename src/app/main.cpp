@@ -73,7 +73,7 @@ int dispatch(int argc, char** argv)
     CLI::App* verify =
         cli.add_subcommand("verify", "run cases with known answers: errors, orders and whether they meet the bars");
     CLI::Option* name = verify->add_option("case", verify_options.name, "case; see ordo list cases");
-    CLI::Option* all  = verify->add_flag("--all", verify_options.all, "every study of every case (hours)");
+    CLI::Option* all  = verify->add_flag("--all", verify_options.all, "every study of every case (minutes)");
     verify->add_option("--method", verify_options.methods, "presets, separated by commas")
         ->delimiter(',')
         ->allow_extra_args(false);

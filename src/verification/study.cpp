@@ -86,8 +86,9 @@ Value checked(const Parameter& parameter, const Value& value)
                                                               : parse_number(std::get<std::string>(value));
     if (!number || !std::isfinite(*number)) refuse("it must be a number");
     if (!(*number > parameter.above && *number < parameter.below))
-        refuse(std::isinf(parameter.below) ? fmt::format("it must be larger than {}", parameter.above)
-                                           : fmt::format("it must be between {} and {}", parameter.above, parameter.below));
+        refuse(std::isinf(parameter.below)
+                   ? fmt::format("it must be larger than {}", parameter.above)
+                   : fmt::format("it must lie between {} and {}, ends excluded", parameter.above, parameter.below));
     return *number;
 }
 
@@ -144,8 +145,8 @@ Resolved resolve_one(const Case& of, const Study& study)
 
     for (const Parameter& p : of.parameters) r.request.values.set(p.name, p.value);
     for (const auto& [name, value] : study.set) {
-        const auto p =
-            std::find_if(of.parameters.begin(), of.parameters.end(), [&](const Parameter& q) { return q.name == name; });
+        const auto p = std::find_if(of.parameters.begin(), of.parameters.end(),
+                                    [&name = name](const Parameter& q) { return q.name == name; });
         if (p != of.parameters.end() && !name.starts_with("method.")) {
             r.request.values.set(name, checked(*p, value));
         } else if (after(name, "method.")) {

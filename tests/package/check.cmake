@@ -13,3 +13,4 @@ run(${CMAKE_COMMAND} -S ${SOURCE} -B ${place}/build -G ${GENERATOR} -DCMAKE_BUIL
 run(${CMAKE_COMMAND} --build ${place}/build)
 run(${place}/build/falling_block)
 run(${place}/prefix/bin/ordo --version)
+run(${place}/prefix/bin/ordo verify vibration-1d --method cpdi1 --cells 4,8 --figures ${place}/figures)

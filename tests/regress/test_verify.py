@@ -11,6 +11,7 @@ import stat
 import subprocess
 import unittest.mock
 
+import matplotlib.image
 from harness import ORDO, PRESETS, InTemporaryDirectory, ordo
 
 USAGE = "Run with --help for more information.\n"
@@ -573,3 +574,26 @@ class Physics(Verify):
         (row,) = self.measure_one("two-disks", "--method", "cpdi1")["rows"]
         self.assertTrue(0.945 <= row["quantities"]["total_energy"] <= 0.965, row["quantities"])
         self.assertLess(row["quantities"]["momentum_change"], 1e-12)
+
+
+class Figures(Verify):
+    def test_one_a_set_of_parameters(self):
+        self.verify("vibration-1d", "--method", "mpm,cpdi1", "--cells", "8,16", "--figures", "plots/new")
+        names = {f.name for f in (self.dir / "plots" / "new").iterdir()}
+        self.assertIn("verify.json", names)
+        plots = names - {"verify.json"}
+        self.assertTrue(plots and all(re.fullmatch(r"vibration-1d.*\.png", name) for name in plots), names)
+        for name in plots:
+            image = matplotlib.image.imread(self.dir / "plots" / "new" / name)[..., :3]
+            coloured = (image.max(axis=2) - image.min(axis=2) > 0.2).sum()
+            self.assertGreater(coloured, 500, "the second method has a coloured curve")
+
+    def test_failed_meshes_are_drawn(self):
+        self.verify("vortex", "--method", "mpm,cpdi1", "--cells", "8,16", "--figures", "plots")
+        self.assertTrue([f for f in (self.dir / "plots").iterdir() if f.suffix == ".png"])
+
+    def test_a_folder_that_cannot_be(self):
+        (self.dir / "file").write_text("")
+        done = ordo("verify", *BAR, "--cells", "8", "--figures", "file", cwd=self.dir)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("--figures", done.stderr)
