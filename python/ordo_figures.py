@@ -31,6 +31,9 @@ UNITS = {"displacement": "m", "position": "m", "velocity": "m/s", "stress": "Pa"
 LABELS = {"velocity": "speed", "von_mises": "von Mises stress"}
 SLOPES = "orders 1 and 2"
 ERRORS = ["displacement", "velocity", "stress", "density", "velocity_grid"]
+# Dimensions of VTK's cell types; the corners of a triangle as those of a quad, of a tetrahedron as those of a hexahedron.
+DIMS = {1: 0, 3: 1, 5: 2, 9: 2, 10: 3, 12: 3}
+SIMPLEX_CORNERS = {5: [0, 1, 2, 2], 10: [0, 1, 2, 2, 3, 3, 3, 3]}
 # The faces of a VTK hexahedron, seen from outside counter-clockwise.
 FACES = np.array([[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]])
 
@@ -74,12 +77,19 @@ class Frame:
         if n == 0:
             raise SystemExit(f"{file}: holds no particles")
         points = vtk_to_numpy(grid.GetPoints().GetData())
-        self.corners = points[vtk_to_numpy(grid.GetCells().GetConnectivityArray())].reshape(n, -1, 3)
-        self.has_domains = self.corners.shape[1] > 1
+        types = vtk_to_numpy(grid.GetCellTypesArray())
+        ids, starts = vtk_to_numpy(grid.GetCells().GetConnectivityArray()), vtk_to_numpy(grid.GetCells().GetOffsetsArray())
+        self.dim = max(DIMS[t] for t in types) or None
+        width = 2 ** (self.dim or 0)
+        self.corners = np.empty((n, width, 3))
+        for t in np.unique(types):  # triangles and tetrahedra as quads and hexahedra with corners that coincide
+            cells = starts[:-1][types == t]
+            for k, corner in enumerate(SIMPLEX_CORNERS.get(t, range(width))):
+                self.corners[types == t, k] = points[ids[cells + corner]]
+        self.has_domains = width > 1
         data = grid.GetCellData() if self.has_domains else grid.GetPointData()
         self.fields = {data.GetArrayName(k): vtk_to_numpy(data.GetArray(k)) for k in range(data.GetNumberOfArrays())}
         self.x = self.fields["position"] if self.has_domains else points
-        self.dim = {2: 1, 4: 2, 8: 3}.get(self.corners.shape[1])
         self.time = vtk_to_numpy(grid.GetFieldData().GetArray("TimeValue"))[0]
 
     def scalar(self, name):

@@ -13,7 +13,7 @@ draw() {  # NAME, then options of `ordo_figures.py snapshots`
     "$python" python/ordo_figures.py snapshots "$out" -o "cases/$name/figure.png" "$@"
 }
 
-[ $# -gt 0 ] || set -- two-disks wall-rebound two-balls ball-on-wall cantilever vibrating-bar
+[ $# -gt 0 ] || set -- two-disks wall-rebound two-balls ball-on-wall cantilever vibrating-bar pressure-ring
 for case in "$@"; do
     case $case in
     two-disks) draw "$case" --times 1.0,2.0,3.0 --field velocity --curve energies ;;
@@ -22,6 +22,7 @@ for case in "$@"; do
     ball-on-wall) draw "$case" --times 0.0,0.75,1.2 --field von_mises --view=-70,15 --curve energies ;;
     cantilever) draw "$case" --times 0.0,0.2,0.45 --field von_mises --curve probe_tip.csv:displacement_y ;;
     vibrating-bar) draw "$case" --times 0.002,0.004,0.011,0.013 --field displacement --curve energies ;;
+    pressure-ring) draw "$case" --times 1.0,2.0,4.5 --field von_mises --curve probe_rim.csv:displacement_x ;;
     *) echo "case_figures.sh: no figure is set up for $case" >&2; exit 2 ;;
     esac
 done

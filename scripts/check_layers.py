@@ -22,7 +22,8 @@ BELOW["verification"] = BELOW["io"] | {"io"}
 BELOW["app"] = BELOW["verification"] | {"verification"}
 
 GENERATED = {"ordo_version.hpp": {"io", "verification", "app"}}
-LIBRARIES = {"fmt": r"fmt/", "CLI11": r"CLI/", "toml++": r"toml\+\+/|toml\.hpp", "muParser": r"muParser", "nlohmann-json": r"nlohmann/"}
+LIBRARIES = {"fmt": r"fmt/", "CLI11": r"CLI/", "toml++": r"toml\+\+/|toml\.hpp", "muParser": r"muParser", "nlohmann-json": r"nlohmann/",
+             "Gmsh": r"gmshc?\.h"}
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 OPENMP = re.compile(r"\bomp_\w|#\s*pragma\s+omp|<omp\.h>")
 

@@ -5,6 +5,7 @@
 #include "io/file.hpp"
 #include "io/schema.hpp"
 #include "method/explicit.hpp"
+#include "method/planting.hpp"
 #include "ordo_version.hpp"
 #include "particles/seeding.hpp"
 
@@ -73,11 +74,8 @@ int bench_method(const BenchOptions& options, const MethodSpec& spec)
     const int low    = n / 8;
     const auto seeds = fill_box(Bounds<D>{Vec<D>::filled(low * h), Vec<D>::filled((n - low) * h)},
                                 SubCells<D>{Vec<D>{}, model.h, Index<D>::filled(2)});
-    Particles<D> p(static_cast<int>(seeds.size()), field_groups(model));
-    for (int i = 0; i < p.count; ++i) {
-        plant(p, i, seeds[i], model.materials[0].density);
-        p.v[i][0] = 0.01 * std::sin(6 * p.x[i][0]);
-    }
+    Particles<D> p   = plant_all(model, seeds);
+    for (int i = 0; i < p.count; ++i) p.v[i][0] = 0.01 * std::sin(6 * p.x[i][0]);
     Explicit<D> method(std::move(model));
     State<D> s      = method.start(std::move(p));
     const double dt = 0.2 * h / std::sqrt(E / 1e3);
@@ -96,7 +94,7 @@ int bench_method(const BenchOptions& options, const MethodSpec& spec)
                     "{},\n \"seconds\": {}, \"particle_steps_per_second\": {},\n \"ns_per_particle\": {{",
                     options.method, D, s.particles.count, n, options.steps, thread_count(), seconds, work / seconds);
     std::string text =
-        fmt::format("{} {}D: {} particles, {} steps, {} thread{}: {:.2f} M particle-steps/s\n", options.method, D,
+        fmt::format("{} {}D: {} particles, {} steps, {} thread{}: {:.3g} M particle-steps/s\n", options.method, D,
                     s.particles.count, options.steps, thread_count(), thread_count() > 1 ? "s" : "", work / seconds / 1e6);
     for (int k = 0; k < StageTimes::count; ++k) {
         named += times.seconds[k];

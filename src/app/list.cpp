@@ -29,6 +29,20 @@ void list_methods()
         fmt::print("  {}: {}\n", A::key, A::what);
         for (const auto& c : A::choices) fmt::print("    {:<15} {}\n", c.name, c.what);
     });
+    fmt::print("\nNumbers (method.NAME)\n");
+    for (const Setting& s : settings)
+        fmt::print("  {:<16} {} ({} to {}, default {})\n", s.name, s.what, s.min, s.max, any.*s.value);
+    fmt::print("\nAllowed (x): any choice of the other axes goes with them\n  {:<16}", "");
+    for (const auto& d : Axis<Domain>::choices) fmt::print("{:<16}", d.name);
+    fmt::print("\n");
+    for (const auto& b : Axis<Basis>::choices) {
+        fmt::print("  {:<16}", b.name);
+        for (const auto& d : Axis<Domain>::choices)
+            fmt::print("{:<16}", broken_rule({.basis = b.value, .domain = d.value}) ? "-" : "x");
+        fmt::print("\n");
+    }
+    fmt::print("\nNot allowed\n");
+    for (const Rule& r : rules()) fmt::print("  {}\n    {}\n", r.what, r.why);
 }
 
 void list_materials()

@@ -18,7 +18,8 @@ namespace ordo {
 enum class BoundaryType { fixed, symmetry, velocity };
 
 /// A condition on every node at or beyond the plane x_axis = at, on the outer side.
-/// A plane between two nodes thus acts from the first node beyond it.
+/// A plane between two nodes thus acts from the first node beyond it. Splines interpolate at the grid's faces only: on a
+/// plane inside the grid they are held from the first Greville point beyond it.
 template <int D>
 struct Boundary {
     int axis            = 0;
@@ -40,7 +41,9 @@ class Constraints {
             for (const Index<D>& block : tiles.blocks())
                 outer_part(boundaries[k], lattice, tiles.nodes_of(block)).for_each([&](const Index<D>& at) {
                     for (int a = 0; a < D; ++a)
-                        if (constrains(boundaries[k], a)) held_.push_back({lattice.offset(at), a, k, place_of(lattice, at)});
+                        if (constrains(boundaries[k], a))
+                            held_.push_back(
+                                {lattice.offset(at), a, k, boundaries[k].type == BoundaryType::velocity, place_of(lattice, at)});
                 });
         auto key = [](const Held& h) { return std::pair{h.node, h.component}; };
         std::stable_sort(held_.begin(), held_.end(), [&](const Held& g, const Held& h) { return key(g) < key(h); });
@@ -50,6 +53,17 @@ class Constraints {
         held_.erase(held_.begin(), last.base());
     }
 
+    /// f(node, component, whether a velocity is prescribed) for each of them.
+    template <class F>
+    void for_each(F&& f) const
+    {
+        for (const Held& h : held_) f(h.node, h.component, h.is_prescribed);
+    }
+    bool has_prescribed() const
+    {
+        return std::any_of(held_.begin(), held_.end(), [](const Held& h) { return h.is_prescribed; });
+    }
+
     /// Sets velocity and increment of constrained components; t is the time of the velocities.
     /// Fixed: both are zero, for FLIP reads the increment. Prescribed: the increment leads from the projected velocity
     /// to the prescribed one, a_i = (v_prescribed - v_i)/dt.
@@ -57,22 +71,34 @@ class Constraints {
     {
         parallel_for_each(static_cast<std::ptrdiff_t>(held_.size()), [&](std::ptrdiff_t k) {
             const Held& h          = held_[k];
-            const Boundary<D>& b   = boundaries[h.boundary];
             double& v              = nodes[h.node][NodeLane::velocity + h.component];
             double& dv             = nodes[h.node][NodeLane::increment + h.component];
             const double projected = v - dv;
-            const Vec<3> x         = padded(h.x);
-            v                      = b.type == BoundaryType::velocity ? (*b.value[h.component])({x, x, t}) : 0.0;
-            dv                     = b.type == BoundaryType::velocity ? v - projected : 0.0;
+            v                      = velocity(boundaries[h.boundary], h, t);
+            dv                     = h.is_prescribed ? v - projected : 0.0;
         });
+    }
+
+    /// f(node, component, whether it is prescribed, its velocity at time t) for each of them.
+    template <class F>
+    void for_each_velocity(const std::vector<Boundary<D>>& boundaries, double t, F&& f) const
+    {
+        for (const Held& h : held_) f(h.node, h.component, h.is_prescribed, velocity(boundaries[h.boundary], h, t));
     }
 
   private:
     struct Held {
         std::ptrdiff_t node;
         int component, boundary;
+        bool is_prescribed;
         Vec<D> x;
     };
+
+    static double velocity(const Boundary<D>& b, const Held& h, double t)
+    {
+        const Vec<3> x = padded(h.x);
+        return b.type == BoundaryType::velocity ? (*b.value[h.component])({x, x, t}) : 0.0;
+    }
 
     static bool constrains(const Boundary<D>& b, int component)
     {
@@ -90,19 +116,20 @@ class Constraints {
     {
         Vec<D> x{};
         for (int a = 0; a < D; ++a)
-            x[a] = lattice.node_position(a, std::clamp(at[a], lattice.margin, lattice.margin + lattice.cells[a]));
+            x[a] = lattice.node_position(
+                a, std::clamp(at[a], lattice.margin, lattice.margin + lattice.cells[a] + lattice.basis.degree - 1));
         return x;
     }
 
     /// The nodes of `box` at or beyond the plane.
     static IndexBox<D> outer_part(const Boundary<D>& b, const Lattice<D>& lattice, IndexBox<D> box)
     {
-        constexpr double tolerance = 1e-9;  // of a cell: a plane given at a node's coordinate is on that node
-        const double plane         = lattice.cell_coordinate(b.axis, b.at);
+        const double tolerance = 1e-9 * lattice.h[b.axis];  // a plane given at a node's coordinate is on that node
+        int &lo = box.lo[b.axis], &hi = box.hi[b.axis];
         if (b.outer_is_above)
-            box.lo[b.axis] = std::max(box.lo[b.axis], static_cast<int>(std::ceil(plane - tolerance)));
+            while (lo < hi && lattice.node_position(b.axis, lo) < b.at - tolerance) ++lo;
         else
-            box.hi[b.axis] = std::min(box.hi[b.axis], static_cast<int>(std::floor(plane + tolerance)) + 1);
+            while (lo < hi && lattice.node_position(b.axis, hi - 1) > b.at + tolerance) --hi;
         return box;
     }
 

@@ -43,6 +43,13 @@ class Halo {
             for (const Pair& p : pairs_[a]) nodes[p.ghost] = nodes[p.image];
     }
 
+    /// Sets the margin to zero.
+    void clear(Lanes* nodes) const
+    {
+        for (const auto& axis : pairs_)
+            for (const Pair& p : axis) nodes[p.ghost] = Lanes{};
+    }
+
   private:
     struct Pair {
         std::ptrdiff_t ghost, image;

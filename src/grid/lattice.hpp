@@ -1,5 +1,6 @@
 // The background grid: index maths of a regular lattice of nodes, and the record that a node holds.
-// Used by shapes and kernels; knows nothing of particles.
+// Used by shapes and kernels; knows nothing of particles. A node is a function of the basis: with splines one more an axis
+// for each degree above the first.
 #pragma once
 
 #include "base/index.hpp"
@@ -11,12 +12,19 @@
 namespace ordo {
 
 /// Lanes of a node record. Before `advance` a node holds sums over particles, after it velocities:
-/// momentum (kg m/s) -> velocity (m/s); mass (kg); force (N) -> velocity increment of the step (m/s).
+/// momentum (kg m/s) -> velocity (m/s); mass (kg); force (N) -> velocity increment of the step (m/s); volume (m^D).
 struct NodeLane {
     static constexpr int velocity  = 0;
     static constexpr int mass      = 3;
     static constexpr int increment = 4;
+    static constexpr int volume    = 7;
     static constexpr int end       = 8;
+};
+
+/// What a basis of the grid is made of, beside its template.
+struct GridBasis {
+    int degree = 1;
+    double a0  = 0.5;  ///< ddmpm: the part of the plain gradient in the middle of a cell
 };
 
 /// A regular lattice of cells of size h with `margin` extra layers of nodes around it, so that domains that reach over
@@ -31,17 +39,19 @@ struct Lattice {
     Index<D> cells{};
     Vec<D, bool> periodic{};
     int margin = 0;
+    GridBasis basis{};
     Index<D> nodes{};
     Vec<D, std::ptrdiff_t> stride{};
 
     Lattice() = default;
-    Lattice(const Vec<D>& origin_, const Vec<D>& h_, const Index<D>& cells_, const Vec<D, bool>& periodic_, int margin_)
-        : origin(origin_), h(h_), cells(cells_), periodic(periodic_), margin(margin_)
+    Lattice(const Vec<D>& origin_, const Vec<D>& h_, const Index<D>& cells_, const Vec<D, bool>& periodic_, int margin_,
+            const GridBasis& basis_ = {})
+        : origin(origin_), h(h_), cells(cells_), periodic(periodic_), margin(margin_), basis(basis_)
     {
         std::ptrdiff_t step = 1;
         for (int a = 0; a < D; ++a) {
             inv_h[a]  = 1.0 / h[a];
-            nodes[a]  = cells[a] + 1 + 2 * margin;
+            nodes[a]  = cells[a] + basis.degree + 2 * margin;
             stride[a] = step;
             step *= nodes[a];
         }
@@ -49,8 +59,25 @@ struct Lattice {
 
     /// The coordinate along axis a in cells, counted from the first node of the margin: its integer part is the cell.
     ORDO_HD double cell_coordinate(int a, double x) const { return (x - origin[a]) * inv_h[a] + margin; }
-    /// The place of node k of axis a.
-    ORDO_HD double node_position(int a, int k) const { return origin[a] + (k - margin) * h[a]; }
+    /// The place of node k of axis a: of a spline its Greville point, the mean of its knots.
+    ORDO_HD double node_position(int a, int k) const
+    {
+        const int p = basis.degree;
+        if (p == 1) return origin[a] + (k - margin) * h[a];
+        double sum = 0.0;
+        for (int j = 1; j <= p; ++j) sum += knot(a, k - margin + j - p);
+        return origin[a] + sum / p * h[a];
+    }
+    /// The knot between cells k - 1 and k, counted inside the grid; at faces as many knots meet as the degree and one.
+    ORDO_HD int knot(int a, int k) const { return periodic[a] ? k : smaller(larger(k, 0), cells[a]); }
+    /// The integral of the function of node k along axis a over the grid, m: the span of its knots over degree + 1. A hat
+    /// of the margin counts whole.
+    ORDO_HD double node_length(int a, int k) const
+    {
+        const int p = basis.degree, j = k - margin;
+        const int span = knot(a, j + 1) - knot(a, j - p);
+        return h[a] * (span > 0 ? span : p + 1) / (p + 1);
+    }
     ORDO_HD std::ptrdiff_t offset(const Index<D>& k) const
     {
         std::ptrdiff_t r = 0;

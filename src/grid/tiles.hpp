@@ -26,7 +26,7 @@ class Tiles {
     static constexpr int colour_count = 1 << D;
 
     Tiles() = default;
-    Tiles(const Lattice<D>& lattice, int halo) : lattice_(lattice), halo_(halo), width_(width_for(halo))
+    Tiles(const Lattice<D>& lattice, int halo) : lattice_(lattice), halo_(halo), width_(width_for(halo, lattice.basis.degree))
     {
         for (int a = 0; a < D; ++a) {
             count_[a] = (lattice.nodes[a] + width_ - 1) / width_;
@@ -34,9 +34,10 @@ class Tiles {
         }
     }
 
-    /// The smallest width whose tiles of one colour stay apart, width + halo + 1 < 2 width - halo: a stencil of fixed size
-    /// may write zeros to one node more than its domain reaches. At least 4, so that tiles are worth a thread's while.
-    static int width_for(int halo) { return std::max(4, 2 * halo + 2); }
+    /// The smallest width whose tiles of one colour stay apart, width + halo + degree < 2 width - halo: a cell has degree + 1
+    /// functions, and a stencil of fixed size may write zeros to one node more than its domain reaches. At least 4, so that
+    /// tiles are worth a thread's while.
+    static int width_for(int halo, int degree = 1) { return std::max(4, 2 * halo + degree + 1); }
 
     int width() const { return width_; }
     int halo() const { return halo_; }
@@ -118,6 +119,12 @@ class Tiles {
     template <class F>
     void for_each_node_run(F&& f) const
     {
+        for_each_block_run([&](std::ptrdiff_t, std::ptrdiff_t first, std::ptrdiff_t end) { f(first, end); });
+    }
+    /// The same as f(place in blocks(), first node, end); the runs of a block one after the other.
+    template <class F>
+    void for_each_block_run(F&& f) const
+    {
         parallel_for(
             static_cast<std::ptrdiff_t>(blocks_.size()),
             [&](std::ptrdiff_t k) {
@@ -126,7 +133,7 @@ class Tiles {
                 rows.hi[0]       = rows.lo[0] + 1;
                 rows.for_each([&](const Index<D>& at) {
                     const std::ptrdiff_t first = lattice_.offset(at);
-                    f(first, first + length);
+                    f(k, first, first + length);
                 });
             },
             is_large());
@@ -180,7 +187,8 @@ class Tiles {
         std::sort(keys.begin(), keys.end());
         keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
     }
-    /// A block with nodes of the periodic margin needs the blocks of their images too.
+    /// A block with nodes of a periodic axis needs the blocks of all their images too: those inside the period, where sums
+    /// are, and those of the margin, where a corner that is put back into the period may ask for them.
     void add_periodic_images(std::vector<std::uint64_t>& blocks) const
     {
         for (int a = 0; a < D; ++a) {
@@ -189,10 +197,11 @@ class Tiles {
             for (std::uint64_t key : blocks) {
                 Index<D> b           = unflatten(key);
                 const IndexBox<D> at = nodes_of(b);
-                for (int k = at.lo[a]; k < at.hi[a]; ++k) {
-                    b[a] = lattice_.periodic_image(a, k) / width_;
-                    images.push_back(flatten(b));
-                }
+                for (int k = at.lo[a]; k < at.hi[a]; ++k)
+                    for (int image = k % lattice_.cells[a]; image < lattice_.nodes[a]; image += lattice_.cells[a]) {
+                        b[a] = image / width_;
+                        images.push_back(flatten(b));
+                    }
             }
             blocks.insert(blocks.end(), images.begin(), images.end());
             keep_unique(blocks);

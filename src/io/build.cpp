@@ -1,9 +1,10 @@
 #include "io/build.hpp"
 
 #include "io/expression.hpp"
+#include "io/mesh_file.hpp"
 #include "io/particle_file.hpp"
 #include "method/explicit.hpp"
-#include "particles/seeding.hpp"
+#include "method/planting.hpp"
 #include "particles/sort.hpp"
 
 #include <algorithm>
@@ -85,6 +86,10 @@ void set_up_boundaries(const CaseInput& in, Model<D>& model)
             for (int a = 0; a < D && r.type == BoundaryType::velocity; ++a)
                 if (b.value[a].value != decltype(b.value[a].value){"free"}) r.value[a] = make_field(b.value[a]);
             if (r.type == BoundaryType::velocity) require_finite(r, b.value, model);
+            if (is_inner_plane_of_splines(model, r))
+                b.fail("at", fmt::format("the plane {} = {} lies inside the grid, where splines do not interpolate: a wall there "
+                                         "would be wrong by up to a cell; let the grid end there, or use basis \"hat\"",
+                                         "xyz"[axis], r.at));
             model.boundaries.push_back(std::move(r));
         }
     for (const BoundaryInput& b : in.boundaries)
@@ -94,10 +99,51 @@ void set_up_boundaries(const CaseInput& in, Model<D>& model)
                        fmt::format("{} belongs to a periodic axis, which has no faces; remove one of the two entries", face));
 }
 
+/// What a body is made of. Without corners and mesh, corners are those of the seeds' parallelepipeds.
 template <int D>
-std::vector<Seed<D>> seed_round(const BodyInput& b, const SubCells<D>& cells)
+struct Filling {
+    std::vector<Seed<D>> seeds;
+    std::vector<CornerPoints<D>> corners{};
+    CellMesh<D> mesh{};
+};
+
+/// A cell as a seed: for domains that have no corners of their own. Half-edges are those of the cell in its middle, of the
+/// same volume; of a simplex those of a cube.
+template <int D>
+Seed<D> seed_of(const CellMesh<D>& mesh, const CornerIds<D>& cell)
 {
-    if (b.shape == "ball") return fill(Ball<D>{to_vec<D>(b.center), *b.radius}, cells);
+    Vec<D> x[1 << D];
+    get_corners(cell, mesh.corners.data(), x);
+    const CellWeights<D> weights = exact_weights<D>(x, cell.is_simplex());
+    Seed<D> seed{.x = centroid<D>(weights, x), .volume = weights.V, .edges = Mat<D>::identity()};
+    if (!cell.is_simplex())
+        for (int d = 0; d < D; ++d)
+            for (int a = 0; a < D; ++a) {
+                double sum = 0.0;
+                for (int c = 0; c < (1 << D); ++c) sum += (c >> d & 1 ? 1.0 : -1.0) * x[c][a];
+                seed.edges(a, d) = sum / (1 << D);
+            }
+    seed.edges *= std::pow(weights.V / (std::pow(2.0, D) * det(seed.edges)), 1.0 / D);
+    return seed;
+}
+
+template <int D>
+Filling<D> fill_mesh(const BodyInput& b)
+{
+    Filling<D> r{.seeds = {}, .corners = {}, .mesh = {}};
+    try {
+        r.mesh = read_mesh<D>(b.file, b.group);
+    } catch (const InputError& e) {
+        b.fail("file", e.what());
+    }
+    for (const CornerIds<D>& cell : r.mesh.cells) r.seeds.push_back(seed_of(r.mesh, cell));
+    return r;
+}
+
+template <int D>
+Filling<D> fill_round(const BodyInput& b, const SubCells<D>& cells)
+{
+    if (b.shape == "ball") return {fill(Ball<D>{to_vec<D>(b.center), *b.radius}, cells)};
     if constexpr (D >= 2) {
         constexpr double degree = std::numbers::pi / 180;
         Tube<D> tube{.center = to_vec<D>(b.center), .inner = b.inner_radius.value_or(0.0), .outer = *b.radius};
@@ -110,7 +156,7 @@ std::vector<Seed<D>> seed_round(const BodyInput& b, const SubCells<D>& cells)
             tube.bottom = tube.center[tube.axis] - *b.height / 2;
             tube.top    = tube.center[tube.axis] + *b.height / 2;
         }
-        if (b.cells != "polar") return fill(tube, cells);
+        if (b.cells != "polar") return {fill(tube, cells)};
         // As many polar cells as the grid's sub-cells would give at the middle radius.
         auto count = [](std::optional<int> given, double length, double cell) {
             return given.value_or(std::max(1, static_cast<int>(std::lround(length / cell))));
@@ -123,23 +169,34 @@ std::vector<Seed<D>> seed_round(const BodyInput& b, const SubCells<D>& cells)
             b.fail("angular",
                    fmt::format("makes cells of {:.3g} degrees; at most 60 are allowed, for a domain is drawn with straight sides",
                                (tube.to - tube.from) / angular / degree));
-        return fill_polar(tube, radial, angular, layers);
+        return {fill_polar(tube, radial, angular, layers), polar_cells(tube, radial, angular, layers)};
     }
-    throw std::logic_error("seed_round: unhandled shape");
+    throw std::logic_error("fill_round: unhandled shape");
 }
 
 template <int D>
-std::vector<Seed<D>> seed_body(const BodyInput& b, const Model<D>& model)
+Filling<D> fill_body(const BodyInput& b, const Model<D>& model)
 {
-    if (b.shape == "particles") return read_particles<D>(b);
+    if (b.shape == "particles") return {read_particles<D>(b)};
+    if (b.shape == "mesh") return fill_mesh<D>(b);
     const SubCells<D> cells{model.origin, model.h, to_vec<D, int>(b.particles_per_cell)};
-    std::vector<Seed<D>> seeds =
-        b.shape == "box" ? fill_box(Bounds<D>{to_vec<D>(b.lower), to_vec<D>(b.upper)}, cells) : seed_round(b, cells);
-    if (seeds.empty())
+    Filling<D> filling =
+        b.shape == "box" ? Filling<D>{fill_box(Bounds<D>{to_vec<D>(b.lower), to_vec<D>(b.upper)}, cells)} : fill_round(b, cells);
+    if (filling.seeds.empty())
         b.fail(
             "shape",
             "holds no particle: it is smaller than a sub-cell of the grid; refine [grid] spacing or use more particles_per_cell");
-    return seeds;
+    return filling;
+}
+
+/// The cells of a body, with shared corners.
+template <int D>
+CellMesh<D> mesh_body(const BodyInput& b, const Filling<D>& filling, const MethodSpec& method)
+try {
+    if (filling.mesh.cells.empty()) return mesh_of(method, filling.seeds, filling.corners);
+    return method.domain == Domain::simplex ? split(filling.mesh) : filling.mesh;
+} catch (const InputError& e) {
+    b.fail(b.file.empty() ? "shape" : "file", e.what());
 }
 
 /// Every particle and the corners of its domain must lie in the grid and on the inner side of every plane.
@@ -151,9 +208,9 @@ void require_inside(const BodyInput& b, const std::vector<Seed<D>>& seeds, const
         if (!model.periodic[a]) continue;
         auto [first, last] =
             std::minmax_element(seeds.begin(), seeds.end(), [&](const auto& s, const auto& t) { return s.x[a] < t.x[a]; });
-        const double period  = model.cells[a] * model.h[a];
-        const double between = last->x[a] - first->x[a];
-        if (between > period * (1 - 1e-9))
+        const double period = model.cells[a] * model.h[a];
+        const double length = last->x[a] + reach_of_domain(*last)[a] - first->x[a] + reach_of_domain(*first)[a];
+        if (length > period * (1 + 1e-6))
             b.fail(key, fmt::format("body \"{}\" overlaps itself: it is longer than the period {} of axis {}", b.name, period,
                                     "xyz"[a]));
     }
@@ -162,7 +219,7 @@ void require_inside(const BodyInput& b, const std::vector<Seed<D>>& seeds, const
             if (model.periodic[a]) continue;
             const double tolerance = 1e-9 * model.h[a];
             // Sectors bulge over their parallelograms; there the centre decides.
-            const double reach = b.cells == "polar" ? 0.0 : reach_of_domain(s)[a];
+            const double reach = b.cells == "polar" || b.shape == "mesh" ? 0.0 : reach_of_domain(s)[a];
             const double low = model.origin[a], high = low + model.cells[a] * model.h[a];
             if (!(s.x[a] - reach >= low - tolerance && s.x[a] + reach <= high + tolerance))
                 b.fail(key, fmt::format("body \"{}\" lies outside the grid: its particle at {} reaches beyond {} to {} of axis "
@@ -177,11 +234,28 @@ void require_inside(const BodyInput& b, const std::vector<Seed<D>>& seeds, const
         }
 }
 
+/// Every corner of a mesh must lie in the grid.
+template <int D>
+void require_inside(const BodyInput& b, const CellMesh<D>& mesh, const Model<D>& model)
+{
+    for (const Vec<D>& x : mesh.corners)
+        for (int a = 0; a < D; ++a) {
+            const double low = model.origin[a], high = low + model.cells[a] * model.h[a], tolerance = 1e-9 * model.h[a];
+            if (!model.periodic[a] && !(x[a] >= low - tolerance && x[a] <= high + tolerance))
+                b.fail("file", fmt::format("body \"{}\" lies outside the grid: its corner at {} lies beyond {} to {} of axis {}; "
+                                           "move the mesh or enlarge [grid] size",
+                                           b.name, to_text(x), low, high, "xyz"[a]));
+        }
+}
+
 /// No particle centre may lie in the domain of another particle: the mass would be there twice. Particles of one built-in
 /// shape cannot; checked are those of files, and those near another body.
 template <int D>
-void require_apart(const CaseInput& in, const std::vector<Seed<D>>& seeds, const std::vector<int>& body, const Model<D>& model)
+void require_apart(const CaseInput& in, std::vector<Seed<D>> seeds, const std::vector<int>& body, const Model<D>& model)
 {
+    // The seed of a mesh's cell is a box of its volume, which pokes out where the cell is slender: less than half of it counts.
+    for (std::size_t i = 0; i < seeds.size(); ++i)
+        if (in.bodies[body[i]].shape == "mesh") seeds[i].edges *= 0.4;
     std::vector<Bounds<D>> bounds(in.bodies.size(), {Vec<D>::filled(std::numeric_limits<double>::infinity()),
                                                      Vec<D>::filled(-std::numeric_limits<double>::infinity())});
     for (std::size_t i = 0; i < seeds.size(); ++i) {
@@ -199,7 +273,7 @@ void require_apart(const CaseInput& in, const std::vector<Seed<D>>& seeds, const
                 meets = meets && seeds[i].x[a] + r[a] > bounds[k].lower[a] && seeds[i].x[a] - r[a] < bounds[k].upper[a];
             if (meets) return true;
         }
-        return !in.bodies[body[i]].file.empty();
+        return in.bodies[body[i]].shape == "particles";
     };
     // Candidates in bins of a grid cell; a domain may reach over several.
     auto bin_of = [&](const Vec<D>& x) {
@@ -241,14 +315,78 @@ void require_apart(const CaseInput& in, const std::vector<Seed<D>>& seeds, const
     }
 }
 
+/// Whether a face looks the way that `where` says.
+template <int D>
+bool looks(const std::string& where, const Vec<D>& normal, const Vec<D>& from_center)
+{
+    if (where == "all") return true;
+    if (where == "inner" || where == "outer") {
+        const double cosine = dot(normal, from_center) / norm(from_center);
+        return where == "inner" ? cosine < -0.01 : cosine > 0.01;  // every stair of a round body, no side of a part
+    }
+    const double along = normal[where[0] - 'x'];
+    for (int a = 0; a < D; ++a)
+        if (std::fabs(normal[a]) > std::fabs(along) * (1 + 1e-9)) return false;
+    return (along > 0) == where.ends_with("max");
+}
+
+/// The faces of tractions on body k, whose particles are those of `mesh` from `first` on.
+template <int D>
+void set_up_tractions(const CaseInput& in, int k, const CellMesh<D>& mesh, int first, Model<D>& model, Particles<D>& p)
+{
+    const BodyInput& body = in.bodies[k];
+    Bounds<D> extent{mesh.corners[0], mesh.corners[0]};
+    for (const Vec<D>& x : mesh.corners)
+        for (int a = 0; a < D; ++a) {
+            extent.lower[a] = std::min(extent.lower[a], x[a]);
+            extent.upper[a] = std::max(extent.upper[a], x[a]);
+        }
+    // Where a body fills a periodic axis, its ends meet: they are no surface.
+    auto is_on_seam = [&](const Vec<D>& normal, const Vec<D>& center) {
+        for (int a = 0; a < D; ++a) {
+            const double tolerance = 1e-9 * model.h[a], period = model.cells[a] * model.h[a];
+            if (model.periodic[a] && extent.upper[a] - extent.lower[a] > period - tolerance && std::fabs(normal[a]) > 1 - 1e-9 &&
+                (center[a] < extent.lower[a] + tolerance || center[a] > extent.upper[a] - tolerance))
+                return true;
+        }
+        return false;
+    };
+    for (std::size_t t = 0; t < in.tractions.size(); ++t) {
+        const TractionInput& traction = in.tractions[t];
+        if (traction.body != body.name) continue;
+        const VectorField<D>& value = model.tractions[t].value;
+        std::vector<bool> found(traction.face.size(), false);
+        auto is_chosen = [&](const Vec<D>& normal, const Vec<D>& center) {
+            if (is_on_seam(normal, center)) return false;
+            Vec<D> arm = center;
+            for (int a = 0; a < D; ++a) arm[a] -= body.center.empty() ? 0.0 : body.center[a];
+            if constexpr (D == 3)
+                if (body.shape == "cylinder" || !body.axis.empty()) arm[body.axis.empty() ? 2 : body.axis[0] - 'x'] = 0.0;
+            bool chosen = false;
+            for (std::size_t f = 0; f < traction.face.size(); ++f)
+                if (looks(traction.face[f], normal, arm)) chosen = found[f] = true;
+            for (std::size_t a = 0; chosen && a < traction.value.size(); ++a)
+                if (const double start = value[a]({padded(center), padded(center), 0.0}); !std::isfinite(start))
+                    traction.fail("value", fmt::format("is {} at {}, t = 0; the expression must give a number everywhere",
+                                                       std::fabs(start), to_text(center)));
+            return chosen;
+        };
+        add_loads<D>(model.loads, p, mesh, first, static_cast<int>(t), is_chosen);
+        for (std::size_t f = 0; f < traction.face.size(); ++f)
+            if (!found[f])
+                traction.fail("face", fmt::format("body \"{}\" has no face that looks to {}; choose another, or \"all\"",
+                                                  body.name, traction.face[f]));
+    }
+}
+
 template <int D>
 void require_stable(const CaseInput& in, const Model<D>& model, const Particles<D>& particles)
 {
     const double limit = courant_time_step(model, particles);
     if (in.time.dt && *in.time.dt > limit)
-        in.time.fail("dt", fmt::format("{} s is above the limit {:.4g} s = h/(c + |v|) of the P-wave speed and the particle "
-                                       "speed; use a smaller step, or cfl = 0.4",
-                                       *in.time.dt, limit));
+        in.time.fail("dt", fmt::format("{} s is above the limit {:.4g} s = {:.3g} h/(c + |v|) of the P-wave speed and the "
+                                       "particle speed; use a smaller step, or cfl = 0.4",
+                                       *in.time.dt, limit, allowed_courant_number(model.method, D)));
     const double steps = in.time.end / (in.time.dt ? *in.time.dt : *in.time.cfl * limit);
     if (steps > 1e12)
         in.time.fail("end", fmt::format("takes about {:.1g} steps of the time step; use a larger step or a shorter time", steps));
@@ -270,38 +408,55 @@ Built<D> build(const CaseInput& in)
     }
     model.materials = in.resolved_materials;
     set_up_boundaries(in, model);
+    for (const TractionInput& t : in.tractions) {
+        Traction<D> traction{.type  = t.type == "pressure"   ? TractionType::pressure
+                                      : t.type == "traction" ? TractionType::traction
+                                                             : TractionType::dead,
+                             .value = {}};
+        for (std::size_t a = 0; a < t.value.size(); ++a) traction.value[a] = make_field(t.value[a]);
+        model.tractions.push_back(std::move(traction));
+    }
 
     std::vector<Seed<D>> seeds;
     std::vector<int> body_of;
+    std::vector<CellMesh<D>> meshes;
+    std::vector<int> first;  // particle of each body, and behind the last
+    double count = 0;
     for (std::size_t k = 0; k < in.bodies.size(); ++k) {
         const BodyInput& b = in.bodies[k];
         model.body_forces.push_back(make_vector_field<D>(b.body_force));
-        const std::vector<Seed<D>> own = seed_body<D>(b, model);
-        require_inside(b, own, model);
-        if (seeds.size() + own.size() > 2'000'000'000) b.fail("particles_per_cell", "makes more than 2e9 particles in all");
-        seeds.insert(seeds.end(), own.begin(), own.end());
+        const Filling<D> own = fill_body<D>(b, model);
+        require_inside(b, own.seeds, model);
+        require_inside(b, own.mesh, model);
+        seeds.insert(seeds.end(), own.seeds.begin(), own.seeds.end());
         body_of.resize(seeds.size(), static_cast<int>(k));
+        first.push_back(static_cast<int>(count));
+        if (has_cells(model.method) || !in.tractions.empty()) meshes.push_back(mesh_body(b, own, model.method));
+        count += static_cast<double>(meshes.empty() ? own.seeds.size() : meshes.back().cells.size());
+        if (count > 2e9) b.fail("particles_per_cell", "makes more than 2e9 particles in all");
     }
+    first.push_back(static_cast<int>(count));
     require_apart(in, seeds, body_of, model);
 
-    Particles<D> p(static_cast<int>(seeds.size()), field_groups(model));
-    std::vector<VectorField<D>> velocity;
-    std::vector<int> material;
-    for (const BodyInput& b : in.bodies) {
-        velocity.push_back(make_vector_field<D>(b.velocity));
+    Particles<D> p(first.back(), field_groups(model));
+    for (std::size_t k = 0; k < in.bodies.size(); ++k) {
+        const BodyInput& b = in.bodies[k];
         const auto found =
             std::find_if(in.materials.begin(), in.materials.end(), [&](const auto& m) { return m.name == b.material; });
-        material.push_back(static_cast<int>(found - in.materials.begin()));
-    }
-    for (int i = 0; i < p.count; ++i) {
-        const Seed<D>& s = seeds[i];
-        const int k      = body_of[i];
-        plant(p, i, s, model.materials[material[k]].density);
-        p.body[i]     = k;
-        p.material[i] = material[k];
-        p.v[i]        = evaluate<D>(velocity[k], {padded(s.x), padded(s.x), 0.0});
-        require_finite(p.v[i], in.bodies[k].velocity, s.x);
-        require_finite(evaluate<D>(model.body_forces[k], {padded(s.x), padded(s.x), 0.0}), in.bodies[k].body_force, s.x);
+        const int material            = static_cast<int>(found - in.materials.begin());
+        const double density          = model.materials[material].density;
+        const VectorField<D> velocity = make_vector_field<D>(b.velocity);
+        if (has_cells(model.method)) plant_cells(p, first[k], meshes[k], density);
+        for (int i = first[k]; i < first[k + 1]; ++i) {
+            if (!has_cells(model.method)) plant(p, i, seeds[i], density);
+            const Vec<D> x = p.x[i];
+            p.body[i]      = static_cast<int>(k);
+            p.material[i]  = material;
+            p.v[i]         = evaluate<D>(velocity, {padded(x), padded(x), 0.0});
+            require_finite(p.v[i], b.velocity, x);
+            require_finite(evaluate<D>(model.body_forces[k], {padded(x), padded(x), 0.0}), b.body_force, x);
+        }
+        if (!in.tractions.empty()) set_up_tractions(in, static_cast<int>(k), meshes[k], first[k], model, p);
     }
     require_stable(in, model, p);
     return {std::move(model), std::move(p)};

@@ -3,6 +3,7 @@
 #include "io/expression.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <set>
@@ -12,7 +13,8 @@ namespace ordo::io {
 
 namespace {
 
-const std::vector<std::string> kFaces = {"x-min", "x-max", "y-min", "y-max", "z-min", "z-max"};
+const std::vector<std::string> kFaces     = {"x-min", "x-max", "y-min", "y-max", "z-min", "z-max"};
+const std::vector<std::string> kBodyFaces = {"x-min", "x-max", "y-min", "y-max", "z-min", "z-max", "inner", "outer", "all"};
 
 /// Pairs (name in the input, choice of the method) of every axis: f(&MethodInput::x, &MethodSpec::x).
 template <class F>
@@ -20,6 +22,7 @@ void for_each_method_axis(F&& f)
 {
     f(&MethodInput::basis, &MethodSpec::basis);
     f(&MethodInput::domain, &MethodSpec::domain);
+    f(&MethodInput::cell_weights, &MethodSpec::weights);
     f(&MethodInput::projection, &MethodSpec::projection);
     f(&MethodInput::samples, &MethodSpec::samples);
     f(&MethodInput::quadrature, &MethodSpec::quadrature);
@@ -32,6 +35,11 @@ void for_each_method_axis(F&& f)
 
 template <class E>
 E choice_type(E MethodSpec::*);
+
+/// Numbers of the method, in the order of `settings`.
+constexpr std::array kMethodSettings{&MethodInput::pic_fraction, &MethodInput::a0, &MethodInput::lump_below,
+                                     &MethodInput::stretch_limit};
+static_assert(kMethodSettings.size() == settings.size());
 
 // clang-format off
 // ---- the schema ------------------------------------------------------------------------------------------------------
@@ -67,7 +75,8 @@ const Section<MethodInput>& method_section()
             using E = decltype(choice_type(choice));
             r.keys.push_back({text, {.name = std::string(Axis<E>::key), .what = std::string(Axis<E>::what), .default_text = "of the preset", .choices = choice_names<E>()}});
         });
-        r.keys.push_back({&MethodInput::pic_fraction, {.name = "pic_fraction", .what = "part of the velocity update that is PIC instead of FLIP; damps", .default_text = "0.0", .min = 0, .max = 1}});
+        for (std::size_t k = 0; k < settings.size(); ++k)
+            r.keys.push_back({kMethodSettings[k], {.name = std::string(settings[k].name), .what = std::string(settings[k].what), .default_text = fmt::format("{}", MethodSpec{}.*settings[k].value), .min = settings[k].min, .max = settings[k].max}});
         return r;
     }();
     return s;
@@ -79,7 +88,7 @@ const Section<TimeInput>& time_section()
         .name = "time", .what = "How long and in which steps.",
         .keys = {{&TimeInput::end, {.name = "end", .what = "time at which the run ends", .unit = "s", .required = true, .min = 0, .open_min = true}},
                  {&TimeInput::dt, {.name = "dt", .what = "fixed time step; excludes cfl", .unit = "s", .default_text = "from cfl", .min = 0, .open_min = true}},
-                 {&TimeInput::cfl, {.name = "cfl", .what = "time step as a part of h/(c + |v|), with the P-wave speed c, evaluated each step", .default_text = "0.4 without dt", .min = 0, .max = 1, .open_min = true}}}};
+                 {&TimeInput::cfl, {.name = "cfl", .what = "time step as a part of the limit h/(c + |v|), with the P-wave speed c, times the Courant number that basis and mass matrix allow (1 for hats with lumped mass), evaluated each step", .default_text = "0.4 without dt", .min = 0, .max = 1, .open_min = true}}}};
     return s;
 }
 
@@ -117,7 +126,7 @@ const Section<BodyInput>& body_section()
                      {&BodyInput::radius, {.name = "radius", .what = "(outer) radius", .unit = "m", .min = 0, .open_min = true}},
                      {&BodyInput::inner_radius, {.name = "inner_radius", .what = "inner radius of a ring or hollow cylinder", .unit = "m", .min = 0}},
                      {&BodyInput::height, {.name = "height", .what = "length of a cylinder along its axis", .unit = "m", .min = 0, .open_min = true}},
-                     {&BodyInput::axis, {.name = "axis", .what = "axis of a cylinder", .default_text = "\"z\"", .choices = {"x", "y", "z"}}},
+                     {&BodyInput::axis, {.name = "axis", .what = "axis of a cylinder, or of a mesh whose faces inner and outer carry tractions", .default_text = "\"z\"", .choices = {"x", "y", "z"}}},
                      {&BodyInput::angle, {.name = "angle", .what = "first and last angle of a part of a ring or cylinder, from the first of the two axes across to the second", .unit = "degree", .default_text = "[0, 360]"}},
                      {&BodyInput::lower, {.name = "lower", .what = "smallest coordinates of a box", .unit = "m", .per_axis = true}},
                      {&BodyInput::upper, {.name = "upper", .what = "largest coordinates of a box", .unit = "m", .per_axis = true}},
@@ -125,7 +134,8 @@ const Section<BodyInput>& body_section()
                      {&BodyInput::radial, {.name = "radial", .what = "polar cells along the radius", .default_text = "from particles_per_cell", .min = 1}},
                      {&BodyInput::angular, {.name = "angular", .what = "polar cells along the angle", .default_text = "from particles_per_cell", .min = 1}},
                      {&BodyInput::layers, {.name = "layers", .what = "polar cells along the axis of a cylinder", .default_text = "from particles_per_cell", .min = 1}},
-                     {&BodyInput::file, {.name = "file", .what = "CSV file of particles, relative to the case file: columns x, y, z, volume and optional half-edge vectors r1x, r1y, ..", }},
+                     {&BodyInput::file, {.name = "file", .what = "relative to the case file. Of shape particles a CSV file: columns x, y, z, volume and optional half-edge vectors r1x, r1y, ..; of shape mesh a Gmsh file (.msh, 2.2 or 4.1)", }},
+                     {&BodyInput::group, {.name = "group", .what = "physical group of the mesh", .default_text = "all elements"}},
                      {&BodyInput::particles_per_cell, {.name = "particles_per_cell", .what = "particles of a whole cell (4 in 2D is 2 x 2), or one number per axis", .default_text = "2 per axis", .per_axis = true, .min = 1, .max = 1000}},
                      {&BodyInput::velocity, {.name = "velocity", .what = "initial velocity", .unit = "m/s", .default_text = "0 per axis", .per_axis = true}},
                      {&BodyInput::body_force, {.name = "body_force", .what = "force per mass, beside gravity; may use the initial place X, Y, Z", .unit = "m/s^2", .default_text = "0 per axis", .per_axis = true}}}};
@@ -141,6 +151,17 @@ const Section<BoundaryInput>& boundary_section()
                  {&BoundaryInput::type, {.name = "type", .what = "fixed: no velocity; symmetry: none across the plane (slip); velocity: prescribed by value, particles near it gain what leads its nodes there (with value 0 this is not fixed, which leaves them alone); periodic: both faces of the axis are one; free: no condition", .required = true, .choices = {"fixed", "symmetry", "velocity", "periodic", "free"}}},
                  {&BoundaryInput::at_coordinate, {.name = "at", .what = "coordinate of the plane; between nodes it acts from the first node beyond", .unit = "m", .default_text = "the face of the grid"}},
                  {&BoundaryInput::value, {.name = "value", .what = "velocity per axis; \"free\" leaves an axis alone", .unit = "m/s", .per_axis = true}}}};
+    return s;
+}
+
+const Section<TractionInput>& traction_section()
+{
+    static const Section<TractionInput> s{
+        .name = "traction", .what = "A pressure or traction on faces of a body: on the outer faces of its particles' domains (of points: of the sub-cells that they were seeded in), with which it moves. Several entries add up.", .repeated = true,
+        .keys = {{&TractionInput::body, {.name = "body", .what = "name of the [[body]]", .required = true}},
+                 {&TractionInput::face, {.name = "face", .what = "which outer faces, one or a list: x-min has those whose outward normal at the start points most along -x, inner and outer those that look to and from the center of a round body, all every face", .required = true, .choices = kBodyFaces}},
+                 {&TractionInput::type, {.name = "type", .what = "pressure: against the normal, which follows the face; traction: in a fixed direction, by current area; dead: in a fixed direction, by initial area", .choices = {"pressure", "traction", "dead"}}},
+                 {&TractionInput::value, {.name = "value", .what = "one number or expression for a pressure, else one per axis; may use the initial place X, Y, Z", .unit = "Pa", .required = true}}}};
     return s;
 }
 
@@ -301,8 +322,16 @@ MethodSpec resolve_method(MethodInput& in)
         if (!(in.*text).empty()) spec.*choice = parse_choice<E>(in.*text);
         in.*text = name_of(spec.*choice);
     });
-    spec.pic_fraction = in.pic_fraction.value_or(spec.pic_fraction);
-    in.pic_fraction   = spec.pic_fraction;
+    for (std::size_t k = 0; k < settings.size(); ++k) {
+        std::optional<double>& given = in.*kMethodSettings[k];
+        spec.*settings[k].value      = given.value_or(spec.*settings[k].value);
+        given                        = spec.*settings[k].value;
+    }
+    if (const Rule* rule = broken_rule(spec)) {
+        const char* keys[] = {"domain", "basis", "cell_weights", "stretch_limit", "preset"};
+        const auto key     = std::find_if(std::begin(keys), std::end(keys), [&](const char* k) { return in.has(k); });
+        in.fail(key == std::end(keys) ? "preset" : *key, fmt::format("{} is not allowed: {}", rule->what, rule->why));
+    }
     return spec;
 }
 
@@ -389,7 +418,7 @@ void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
     for (const char* key : {"radial", "angular", "layers"})
         if (in.has(key) && !polar) in.fail(key, "needs cells = \"polar\"");
 
-    if (in.shape != "particles") {
+    if (in.shape != "particles" && in.shape != "mesh") {
         std::vector<int>& n = in.particles_per_cell;
         if (n.empty()) n.assign(static_cast<std::size_t>(dim), 2);
         if (n.size() == 1 && dim > 1) {
@@ -429,6 +458,36 @@ void validate_boundary(BoundaryInput& in, int dim, const GridInput& grid)
     if (in.type == "periodic" && in.at_coordinate) in.fail("at", "has no meaning for a periodic axis; remove it");
     for (const Expression& e : in.value)
         if (e.value != decltype(e.value){"free"}) make_field(e);
+}
+
+void validate_traction(TractionInput& in, int dim, const std::vector<BodyInput>& bodies)
+{
+    std::vector<std::string> names;
+    const BodyInput* body = nullptr;
+    for (const BodyInput& b : bodies) {
+        names.push_back(b.name);
+        if (b.name == in.body) body = &b;
+    }
+    if (!body) in.fail("body", fmt::format("there is no body called \"{}\". {}", in.body, suggestion(in.body, names)));
+    if (in.face.empty()) in.fail("face", "must name at least one face");
+    if (body->shape == "particles")
+        in.fail("body", fmt::format("the particles of body \"{}\" come from a file and share no corners, so that its outer faces "
+                                    "are not known; use shape = \"mesh\" or a built-in shape",
+                                    in.body));
+    for (const std::string& face : in.face) {
+        if (face[1] == '-' && face[0] - 'x' >= dim) in.fail("face", fmt::format("\"{}\" does not exist in {}D", face, dim));
+        if ((face == "inner" || face == "outer") && body->center.empty())
+            in.fail(
+                "face",
+                fmt::format(
+                    "\"{}\" needs a body with a center; body \"{}\" has none: use x-min, .. or all, or give a mesh its center",
+                    face, in.body));
+    }
+    const std::size_t wanted = in.type == "pressure" ? 1 : static_cast<std::size_t>(dim);
+    if (in.value.size() != wanted)
+        in.fail("value", fmt::format("type \"{}\" takes {} value{} (got {})", in.type, wanted,
+                                     wanted > 1 ? "s, one per axis" : "", in.value.size()));
+    for (const Expression& e : in.value) make_field(e);
 }
 
 template <class T>
@@ -477,7 +536,9 @@ void validate(CaseInput& c, const std::filesystem::path& file)
                 (given.is_absolute() ? given : std::filesystem::absolute(file).parent_path() / given).lexically_normal().string();
         }
     }
+    require_unique_names(c.bodies, "body");
     for (BoundaryInput& b : c.boundaries) validate_boundary(b, dim, c.grid);
+    for (TractionInput& t : c.tractions) validate_traction(t, dim, c.bodies);
 
     if (!c.output.interval) c.output.interval = c.time.end / 50;
     if (c.output.directory.empty()) {
@@ -512,6 +573,7 @@ const std::vector<ShapeInfo>& shapes()
         {"ring", "an annulus or a part of it", {"center", "inner_radius", "radius"}, {"angle", "cells", "radial", "angular", "particles_per_cell"}, 2, 2},
         {"cylinder", "a cylinder or tube along an axis, or a part of it", {"center", "radius", "height"}, {"inner_radius", "axis", "angle", "cells", "radial", "angular", "layers", "particles_per_cell"}, 3, 3},
         {"particles", "material points from a CSV file", {"file"}, {}, 1, 3},
+        {"mesh", "the elements of a Gmsh mesh, one particle each; faces inner and outer need its center, in 3D also its axis", {"file"}, {"group", "center", "axis"}, 1, 3},
     };
     return rows;
 }
@@ -553,7 +615,8 @@ CaseInput read_case(const std::filesystem::path& file, const std::vector<std::st
     CaseInput c;
     const Place top{file.string(), 0, 0};
     const int dim = read_dim(root);
-    read_table(case_section(), root, "", dim, c, {"grid", "method", "time", "material", "body", "boundary", "output", "probe"});
+    read_table(case_section(), root, "", dim, c,
+               {"grid", "method", "time", "material", "body", "boundary", "traction", "output", "probe"});
     c.place = top;
     read_single(root, grid_section(), dim, c.grid, top);
     read_single(root, method_section(), dim, c.method, top);
@@ -561,6 +624,7 @@ CaseInput read_case(const std::filesystem::path& file, const std::vector<std::st
     read_repeated(root, material_section(), dim, c.materials);
     read_repeated(root, body_section(), dim, c.bodies);
     read_repeated(root, boundary_section(), dim, c.boundaries);
+    read_repeated(root, traction_section(), dim, c.tractions);
     read_single(root, output_section(), dim, c.output, top);
     read_repeated(root, probe_section(), dim, c.probes);
     validate(c, file);
@@ -574,6 +638,7 @@ std::string echo_case(const CaseInput& c)
     for (const auto& m : c.materials) text += echo(material_section(), m);
     for (const auto& b : c.bodies) text += echo(body_section(), b);
     for (const auto& b : c.boundaries) text += echo(boundary_section(), b);
+    for (const auto& t : c.tractions) text += echo(traction_section(), t);
     text += echo(output_section(), c.output);
     for (const auto& p : c.probes) text += echo(probe_section(), p);
     return text;
@@ -586,7 +651,7 @@ std::string reference_page()
            "(muParser) may stand wherever the type says so; unknown keys are errors.\n\n" +
            reference(case_section()) + reference(grid_section()) + reference(method_section()) + reference(time_section()) +
            reference(material_section()) + reference(body_section()) + reference(boundary_section()) +
-           reference(output_section()) + reference(probe_section());
+           reference(traction_section()) + reference(output_section()) + reference(probe_section());
 }
 
 }  // namespace ordo::io

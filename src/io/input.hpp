@@ -18,8 +18,8 @@ struct GridInput : Located {
 
 struct MethodInput : Located {
     std::string preset = "cpdi1";
-    std::string basis, domain, projection, samples, quadrature, mass, gradient, update, scheme, start;
-    std::optional<double> pic_fraction;
+    std::string basis, domain, cell_weights, projection, samples, quadrature, mass, gradient, update, scheme, start;
+    std::optional<double> pic_fraction, a0, lump_below, stretch_limit;
 };
 
 struct TimeInput : Located {
@@ -35,7 +35,7 @@ struct MaterialInput : Located {
 };
 
 struct BodyInput : Located {
-    std::string name, material, shape, file;
+    std::string name, material, shape, file, group;
     std::vector<double> center, lower, upper;
     std::optional<double> radius, inner_radius, height;
     std::string axis;
@@ -44,6 +44,13 @@ struct BodyInput : Located {
     std::optional<int> radial, angular, layers;
     std::vector<int> particles_per_cell;
     std::vector<Expression> velocity, body_force;
+};
+
+struct TractionInput : Located {
+    std::string body;
+    std::vector<std::string> face;
+    std::string type = "pressure";
+    std::vector<Expression> value;
 };
 
 struct BoundaryInput : Located {
@@ -75,6 +82,7 @@ struct CaseInput : Located {
     std::vector<MaterialInput> materials;
     std::vector<BodyInput> bodies;
     std::vector<BoundaryInput> boundaries;
+    std::vector<TractionInput> tractions;
     OutputInput output;
     std::vector<ProbeInput> probes;
 

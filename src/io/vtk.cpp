@@ -2,6 +2,7 @@
 
 #include "base/error.hpp"
 #include "io/file.hpp"
+#include "method/diagnostics.hpp"
 
 #include <fmt/format.h>
 
@@ -9,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <numeric>
 
 namespace ordo::io {
 
@@ -127,14 +129,31 @@ std::string field_array(Appended& data, const std::string& name, const std::vect
     throw std::logic_error("field_array: no field " + name);
 }
 
-/// The corners of a particle's domain in VTK's order; none for points.
+/// Adds the corners of a particle's domain in VTK's order, of a point itself; returns VTK's type of the cell.
 template <int D>
-void corners_of(const Model<D>& model, const Particles<D>& p, int i, std::vector<double>& out)
+int add_corners(const Model<D>& model, const Particles<D>& p, int i, std::vector<double>& out)
 {
+    const Vec<D> place = place_in_period(model, p, i);
+    auto add           = [&](const Vec<D>& x) {
+        const Vec<3> at = padded(x);
+        out.insert(out.end(), {at[0], at[1], at[2]});
+    };
+    constexpr int vertex = 1, line = 3, triangle = 5, quad = 9, tetrahedron = 10, hexahedron = 12;
+    constexpr int of_dim[] = {line, quad, hexahedron}, of_simplex[] = {line, triangle, tetrahedron};
     // VTK walks around a quad; bits of the corner number are signs along the edges.
     static constexpr int walk[8] = {0, 1, 3, 2, 4, 5, 7, 6};
+    if (!p.cell.empty()) {
+        const CornerIds<D>& ids = p.cell[i];
+        const bool is_simplex   = ids.is_simplex();
+        for (int c = 0; c < ids.count(); ++c) add(place + (corner_place(model, p, i, ids[is_simplex ? c : walk[c]]) - p.x[i]));
+        return is_simplex ? of_simplex[D - 1] : of_dim[D - 1];
+    }
+    if (p.edges.empty() && p.half.empty()) {
+        add(place);
+        return vertex;
+    }
     for (int c = 0; c < (1 << D); ++c) {
-        Vec<D> x = place_in_period(model, p, i);
+        Vec<D> x = place;
         for (int d = 0; d < D; ++d) {
             const double sign = walk[c] >> d & 1 ? 1.0 : -1.0;
             if (!p.edges.empty())
@@ -142,9 +161,9 @@ void corners_of(const Model<D>& model, const Particles<D>& p, int i, std::vector
             else
                 x[d] += sign * p.half[i][d];
         }
-        const Vec<3> at = padded(x);
-        out.insert(out.end(), {at[0], at[1], at[2]});
+        add(x);
     }
+    return of_dim[D - 1];
 }
 
 }  // namespace
@@ -157,23 +176,18 @@ void write_particles(const std::filesystem::path& file, const Model<D>& model, S
     std::vector<int> order(static_cast<std::size_t>(p.count));
     for (int i = 0; i < p.count; ++i) order[p.id[i]] = i;
 
-    const bool has_domain = !p.edges.empty() || !p.half.empty();
-    const int per_cell    = has_domain ? 1 << D : 1;
-    const int vtk_type    = !has_domain ? 1 : D == 1 ? 3 : D == 2 ? 9 : 12;  // vertex, line, quad, hexahedron
-
+    const bool has_domain = !p.edges.empty() || !p.half.empty() || !p.cell.empty();
     std::vector<double> points;
-    points.reserve(order.size() * static_cast<std::size_t>(3 * per_cell));
+    std::vector<std::int64_t> offsets;
+    std::vector<std::uint8_t> types;
+    points.reserve(order.size() * (has_domain ? 3u << D : 3u));
     for (int i : order) {
-        if (has_domain) {
-            corners_of(model, p, i, points);
-        } else {
-            const Vec<3> x = padded(place_in_period(model, p, i));
-            points.insert(points.end(), {x[0], x[1], x[2]});
-        }
+        types.push_back(static_cast<std::uint8_t>(add_corners(model, p, i, points)));
+        offsets.push_back(static_cast<std::int64_t>(points.size() / 3));
     }
-    std::vector<std::int64_t> connectivity(points.size() / 3), offsets(order.size());
-    for (std::size_t k = 0; k < connectivity.size(); ++k) connectivity[k] = static_cast<std::int64_t>(k);
-    for (std::size_t k = 0; k < offsets.size(); ++k) offsets[k] = static_cast<std::int64_t>(k + 1) * per_cell;
+    std::vector<std::int64_t> connectivity(points.size() / 3);
+    std::iota(connectivity.begin(), connectivity.end(), 0);
+    const std::size_t point_count = connectivity.size();
 
     Appended data;
     std::string arrays;
@@ -188,9 +202,8 @@ void write_particles(const std::filesystem::path& file, const Model<D>& model, S
     if (has_domain) arrays += field_array(data, "position", order, model, p);
     for (const std::string& name : fields) arrays += field_array(data, name, order, model, p);
     const std::string point_array = data.add("Points", std::move(points), 3);
-    const std::string cell_arrays =
-        data.add("connectivity", std::move(connectivity), 1) + data.add("offsets", std::move(offsets), 1) +
-        data.add("types", std::vector<std::uint8_t>(order.size(), static_cast<std::uint8_t>(vtk_type)), 1);
+    const std::string cell_arrays = data.add("connectivity", std::move(connectivity), 1) +
+                                    data.add("offsets", std::move(offsets), 1) + data.add("types", std::move(types), 1);
     const std::string_view kind = has_domain ? "CellData" : "PointData";
 
     AtomicFile out(file);
@@ -198,8 +211,7 @@ void write_particles(const std::filesystem::path& file, const Model<D>& model, S
     out.write(fmt::format("<UnstructuredGrid>\n<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" "
                           "format=\"ascii\">{}</DataArray>\n</FieldData>\n",
                           s.t));
-    out.write(fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
-                          order.size() * static_cast<std::size_t>(per_cell), order.size()));
+    out.write(fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n", point_count, order.size()));
     out.write(fmt::format("<{0}>\n{1}</{0}>\n<Points>\n{2}</Points>\n<Cells>\n{3}</Cells>\n</Piece>\n</UnstructuredGrid>\n", kind,
                           arrays, point_array, cell_arrays));
     data.write(out);
@@ -219,18 +231,23 @@ void write_grid(const std::filesystem::path& file, const State<D>& s)
     }
     const std::size_t count = static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]);
     std::vector<double> mass(count), velocity(3 * count);
-    for (const Index<D>& block : s.tiles.blocks())
-        s.tiles.nodes_of(block).for_each([&](const Index<D>& at) {
-            std::size_t k = 0;
-            for (int a = D - 1; a >= 0; --a) {
-                const int inside = at[a] - g.margin;
-                if (inside < 0 || inside >= n[a]) return;
-                k = k * static_cast<std::size_t>(n[a]) + static_cast<std::size_t>(inside);
-            }
-            const Lanes& node = s.nodes[g.offset(at)];
-            mass[k]           = node[NodeLane::mass];
-            for (int a = 0; a < D; ++a) velocity[3 * k + a] = node[NodeLane::velocity + a];
-        });
+    // Points that the material touches: those of its blocks and, of splines, their neighbours.
+    Index<D> last{};
+    for (int a = 0; a < D; ++a) last[a] = n[a];
+    IndexBox<D>{{}, last}.for_each([&](const Index<D>& at) {
+        Vec<D> x{};
+        Index<D> node{};
+        std::size_t k = 0;
+        for (int a = D - 1; a >= 0; --a) {
+            x[a]    = g.origin[a] + at[a] * g.h[a];
+            node[a] = at[a] + g.margin;
+            k       = k * static_cast<std::size_t>(n[a]) + static_cast<std::size_t>(at[a]);
+        }
+        if (!s.tiles.is_active(node)) return;
+        const GridSample<D> sample = sample_grid(s, x);
+        mass[k]                    = sample.mass;
+        for (int a = 0; a < D; ++a) velocity[3 * k + a] = sample.velocity[a];
+    });
     Appended data;
     const std::string arrays = data.add("mass", std::move(mass), 1) + data.add("velocity", std::move(velocity), 3);
     const std::string extent = fmt::format("0 {} 0 {} 0 {}", n[0] - 1, n[1] - 1, n[2] - 1);

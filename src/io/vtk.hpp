@@ -15,7 +15,8 @@ template <int D>
 void write_particles(const std::filesystem::path& file, const Model<D>& model, State<D>& s,
                      const std::vector<std::string>& fields);
 
-/// Writes mass and velocity of the nodes of the last step. Nodes that the material does not touch are zero.
+/// Writes mass and velocity of the grid of the last step at the corners of its cells; with splines the sums of N_i m_i and
+/// N_i v_i there. Zero where the material does not reach.
 template <int D>
 void write_grid(const std::filesystem::path& file, const State<D>& s);
 

@@ -3,8 +3,6 @@
 #include "io/build.hpp"
 #include "method/diagnostics.hpp"
 #include "ordo_version.hpp"
-#include "shape/hat.hpp"
-#include "shape/stencil.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -142,21 +140,8 @@ void Writer<D>::probe_row(Probe& probe, State<D>& s)
             for (int b = a; b < D; ++b) line += fmt::format(",{}", p.sigma[i](a, b));
         line += fmt::format(",{}", p.m[i] / p.V[i]);
     } else {
-        // Velocity weighted by nodal mass, so that empty nodes do not count.
-        Stencil<D, Hat::width> row;
-        row.first = 0;
-        for (int a = 0; a < D; ++a)
-            row.first += s.lattice.stride[a] * Hat::row(s.lattice.cell_coordinate(a, probe.point[a]), row.w[a], row.dw[a]);
-        double mass = 0.0, cell = 1.0;
-        Vec<D> momentum{};
-        for (int a = 0; a < D; ++a) cell *= s.lattice.h[a];
-        for_each_node(row, s.lattice, [&](std::ptrdiff_t node, double w, const Vec<D>&) {
-            if (!s.tiles.is_active(s.lattice.index(node))) return;
-            const double m = w * s.nodes[node][NodeLane::mass];
-            mass += m;
-            for (int a = 0; a < D; ++a) momentum[a] += m * s.nodes[node][NodeLane::velocity + a];
-        });
-        line += values(mass > 0 ? momentum * (1 / mass) : Vec<D>{}) + fmt::format(",{}", mass / cell);
+        const GridSample<D> g = sample_grid(s, probe.point);
+        line += values(g.velocity) + fmt::format(",{}", g.density);
     }
     probe.file.add(line);
 }

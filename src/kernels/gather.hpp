@@ -2,7 +2,7 @@
 #pragma once
 
 #include "kernels/sweep.hpp"
-#include "shape/shape.hpp"
+#include "shape/point.hpp"
 
 #include <cmath>
 
@@ -12,7 +12,7 @@ namespace ordo {
 enum GatherPart : unsigned {
     kUpdateVelocity = 1u,  ///< v_p += sum phi dv_i (FLIP), or a part of it (PIC)
     kUpdateStress   = 2u,  ///< F_p = (I + dt L_p) F_p; sigma_p; V_p = J V0
-    kMove           = 4u,  ///< x_p += dt sum phi v_i; the domain follows F_p
+    kMove           = 4u,  ///< x_p += dt sum phi v_i; the domain follows F_p. Cells move otherwise, see move_corners
     kStressOfPast   = 8u,  ///< kUpdateStress by the step that led here: x^n is its end, not its start
 };
 
@@ -32,7 +32,7 @@ ORDO_FLAT inline void deform(const Sweep<D>& s, int i, const Mat<D>& dtL, TileRe
     const Mat<D> F           = p.F[i] + dtL * p.F[i];
     const double J           = det(F);
     p.F[i]                   = F;
-    p.V[i]                   = J * p.V0[i];
+    if (!p.cell) p.V[i] = J * p.V0[i];  // a cell has the volume between its corners
     if (!(J > 0)) report.flag(std::isfinite(J) ? Fault::inverted : Fault::not_finite, i);
     with_material<D>(s.materials[p.material[i]], [&](const auto& law) {
         if constexpr (Hyperelastic<std::decay_t<decltype(law)>>)
@@ -43,22 +43,27 @@ ORDO_FLAT inline void deform(const Sweep<D>& s, int i, const Mat<D>& dtL, TileRe
     if (!std::isfinite(trace(p.sigma[i]))) report.flag(Fault::not_finite, i);
 }
 
-/// The new place and domain of particle i.
-template <Shape S, class Evolution, int D>
-ORDO_FLAT inline void move(const Sweep<D>& s, int i, const Vec<D>& v, TileReport& report)
+/// Particle i is at x from now on: notes how far it went and whether it is still in the grid.
+template <int D>
+ORDO_FLAT inline void place(const Sweep<D>& s, int i, const Vec<D>& x, TileReport& report)
 {
     const ParticleView<D>& p = s.p;
     for (int a = 0; a < D; ++a) {
-        p.x[i][a] += s.dt * v[a];
-        report.move    = larger(report.move, std::fabs(s.dt * v[a]) * s.lattice.inv_h[a]);
-        const double y = s.lattice.cell_coordinate(a, p.x[i][a]) - s.lattice.margin;
+        report.move    = larger(report.move, std::fabs(x[a] - p.x[i][a]) * s.lattice.inv_h[a]);
+        p.x[i][a]      = x[a];
+        const double y = s.lattice.cell_coordinate(a, x[a]) - s.lattice.margin;
         if (!std::isfinite(y))
             report.flag(Fault::not_finite, i);
         else if (!s.lattice.periodic[a] && !(y >= 0 && y <= s.lattice.cells[a]))
             report.flag(Fault::left_grid, i);
     }
-    Evolution::apply(p, i);
-    const double reach = S::reach(s.lattice, p, i);
+}
+
+/// Notes how far the domain of particle i reaches.
+template <Shape S, int D>
+ORDO_FLAT inline void measure_reach(const Sweep<D>& s, int i, TileReport& report)
+{
+    const double reach = S::reach(s.lattice, s.p, i);
     report.reach       = larger(report.reach, reach);
     if (!(reach <= S::max_reach)) report.flag(std::isnan(reach) ? Fault::domain_turned : Fault::domain_too_wide, i);
 }
@@ -92,7 +97,35 @@ void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
         }
         if constexpr ((parts & kStressOfPast) != 0) dtL = from_start(dtL);
         if constexpr ((parts & kUpdateStress) != 0) deform(s, i, dtL, report);
-        if constexpr ((parts & kMove) != 0) move<S, Evolution>(s, i, v, report);
+        if constexpr ((parts & kMove) != 0) {
+            place(s, i, s.p.x[i] + s.dt * v, report);
+            Evolution::apply(s, i);
+            measure_reach<S>(s, i, report);
+        }
+    }
+    out = report;
+}
+
+/// Shared corners [begin, end) move with the nodes: x_c += dt sum N_i(x_c) v_i.
+template <int D, class Basis>
+void move_corners(const Sweep<D>& sweep, std::ptrdiff_t begin, std::ptrdiff_t end)
+{
+    const Sweep<D> s = sweep;
+    for (std::ptrdiff_t c = begin; c < end; ++c) {
+        const Lanes value = interpolate<D, Basis>(s.lattice, s.nodes, s.p.corner[c]);
+        for (int a = 0; a < D; ++a) s.p.corner[c][a] += s.dt * value[NodeLane::velocity + a];
+    }
+}
+
+/// Particles [begin, end) follow their corners, which have moved: x_p is the centroid of the cell, V_p its volume.
+template <Shape S>
+void follow_corners(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
+{
+    const Sweep<S::dim> s = sweep;
+    TileReport report     = out;
+    for (int i = begin; i < end; ++i) {
+        place(s, i, S::settle(s.lattice, s.p, i), report);
+        measure_reach<S>(s, i, report);
     }
     out = report;
 }

@@ -38,9 +38,10 @@ void velocities(Lanes* nodes, const Tiles<D>& tiles)
     });
 }
 
-/// a_i = f_i/m_i + g; the increment dt a_i replaces the force; v_i += dt a_i.
+/// a_i = f_i/m_i + g; the increment dt a_i replaces the force; v_i += dt a_i. With `is_solved` the nodes hold accelerations
+/// already where they else hold forces.
 template <int D>
-void advance(Lanes* nodes, const Tiles<D>& tiles, const Vec<D>& gravity, double dt)
+void advance(Lanes* nodes, const Tiles<D>& tiles, const Vec<D>& gravity, double dt, bool is_solved)
 {
     const Vec<3> g = padded(dt * gravity);
     tiles.for_each_node_run([=](std::ptrdiff_t first, std::ptrdiff_t end) {
@@ -48,7 +49,7 @@ void advance(Lanes* nodes, const Tiles<D>& tiles, const Vec<D>& gravity, double 
             Lanes& n       = nodes[i];
             const double m = n[NodeLane::mass];
             if (!(m > 0)) continue;
-            const double s = dt / m;
+            const double s = is_solved ? dt : dt / m;
             const double x = s * n[4] + g[0], y = s * n[5] + g[1], z = s * n[6] + g[2];
             n += make_lanes(x, y, z, 0, x - n[4], y - n[5], z - n[6], 0);
         }

@@ -6,7 +6,7 @@
 
 namespace ordo {
 
-/// m_i and (m v)_i.
+/// m_i, (m v)_i and the volume that particles fill.
 template <int D>
 struct MassMomentum {
     static constexpr bool has_flux = false;
@@ -15,7 +15,7 @@ struct MassMomentum {
         const double m = p.m[i];
         double mv[3]   = {};
         for (int a = 0; a < D; ++a) mv[a] = m * p.v[i][a];
-        value += make_lanes(mv[0], mv[1], mv[2], m, 0, 0, 0, 0);
+        value += make_lanes(mv[0], mv[1], mv[2], m, 0, 0, 0, p.V[i]);
     }
 };
 
@@ -33,15 +33,27 @@ struct InternalForce {
     }
 };
 
-/// f_i = sum_p phi_ip m_p b_p.
+/// f_i = sum_p phi_ip (m_p b_p + T_p) + sum_p M_p grad phi_ip, where T_p is the traction on faces of the domain and M_p its
+/// moment about x_p: total force and moment are exact, and corner domains get it at the corners of the face.
 template <int D>
-struct BodyForce {
-    static constexpr bool has_flux = false;
-    ORDO_FLAT static void add(const ParticleView<D>& p, int i, Lanes& value, Lanes (&)[D])
+struct ExternalForce {
+    static constexpr bool has_flux = true;
+    ORDO_FLAT static void add(const ParticleView<D>& p, int i, Lanes& value, Lanes (&flux)[D])
     {
-        double f[3] = {};
-        for (int a = 0; a < D; ++a) f[a] = p.m[i] * p.b[i][a];
-        value += make_lanes(0, 0, 0, 0, f[0], f[1], f[2], 0);
+        if (p.b) {
+            double f[3] = {};
+            for (int a = 0; a < D; ++a) f[a] = p.m[i] * p.b[i][a];
+            value += make_lanes(0, 0, 0, 0, f[0], f[1], f[2], 0);
+        }
+        if (p.traction) {
+            double f[3] = {};
+            for (int a = 0; a < D; ++a) f[a] = p.traction[i][a];
+            value += make_lanes(0, 0, 0, 0, f[0], f[1], f[2], 0);
+            for (int d = 0; d < D; ++d) {
+                for (int a = 0; a < D; ++a) f[a] = p.traction_moment[i](a, d);
+                flux[d] += make_lanes(0, 0, 0, 0, f[0], f[1], f[2], 0);
+            }
+        }
     }
 };
 
@@ -57,6 +69,18 @@ void scatter(const Sweep<S::dim>& sweep, int begin, int end)
             S::spread(s.lattice, s.p, i, s.nodes, value, flux);
         else
             S::spread_value(s.lattice, s.p, i, s.nodes, value);
+    }
+}
+
+/// The product of the consistent mass matrix with `from`, added to the nodes: sum_p m_p phi_ip sum_j phi_jp from_j.
+template <Shape S>
+void apply_mass(const Sweep<S::dim>& sweep, const Lanes* from, int begin, int end)
+{
+    const Sweep<S::dim> s = sweep;
+    for (int i = begin; i < end; ++i) {
+        Lanes value{};
+        S::collect_value(s.lattice, s.p, i, from, value);
+        S::spread_value(s.lattice, s.p, i, s.nodes, value * s.p.m[i]);
     }
 }
 

@@ -13,8 +13,9 @@ struct Sweep {
     ParticleView<D> p;
     Lanes* nodes;  ///< the node records that are written or read
     const Material* materials;
-    double dt;   ///< of positions and deformation, s
-    double pic;  ///< PIC fraction of the velocity update, 0..1
+    double dt;             ///< of positions and deformation, s
+    double pic;            ///< PIC fraction of the velocity update, 0..1
+    double stretch_limit;  ///< of parallelepipeds, cells; 0 is none
 };
 
 enum class Fault { none, not_finite, inverted, left_grid, domain_turned, domain_too_wide };

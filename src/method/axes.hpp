@@ -5,18 +5,20 @@
 #include "base/error.hpp"
 
 #include <array>
+#include <cmath>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace ordo {
 
-enum class Basis { hat };
-enum class Domain { point, box, stretched_box, parallelepiped };
+enum class Basis { hat, bspline2, bspline3, ddmpm };
+enum class Domain { point, box, stretched_box, parallelepiped, cell, simplex };
+enum class CornerWeights { exact, mean };
 enum class Projection { mass };
 enum class Samples { particles };
 enum class Quadrature { particle };
-enum class MassMatrix { lumped };
+enum class MassMatrix { lumped, consistent };
 enum class Gradient { shape };
 enum class Update { flip };
 enum class Scheme { usf, usl, musl };
@@ -37,7 +39,11 @@ struct Axis;
 // clang-format off
 template <> struct Axis<Basis> {
     static constexpr std::string_view key = "basis", what = "shape functions N_i of the background grid";
-    static constexpr std::array choices{Choice<Basis>{Basis::hat, "hat", "piecewise linear"}};
+    static constexpr std::array choices{
+        Choice<Basis>{Basis::hat, "hat", "piecewise linear"},
+        Choice<Basis>{Basis::bspline2, "bspline2", "quadratic splines, knots clamped at the grid's faces (Wobbes et al. 2020)"},
+        Choice<Basis>{Basis::bspline3, "bspline3", "cubic splines, knots clamped at the grid's faces"},
+        Choice<Basis>{Basis::ddmpm, "ddmpm", "hats with the dual-domain gradient (Zhang et al. 2011; Wobbes et al. 2020)"}};
 };
 template <> struct Axis<Domain> {
     static constexpr std::string_view key = "domain", what = "the region that a particle stands for";
@@ -45,7 +51,15 @@ template <> struct Axis<Domain> {
         Choice<Domain>{Domain::point, "point", "phi_ip = N_i(x_p)"},
         Choice<Domain>{Domain::box, "box", "a box of fixed size (uGIMP)"},
         Choice<Domain>{Domain::stretched_box, "stretched-box", "a box stretched by the diagonal of F (cpGIMP)"},
-        Choice<Domain>{Domain::parallelepiped, "parallelepiped", "a parallelepiped r = F r0 (CPDI1)"}};
+        Choice<Domain>{Domain::parallelepiped, "parallelepiped", "a parallelepiped r = F r0 (CPDI1)"},
+        Choice<Domain>{Domain::cell, "cell", "a cell of a mesh with shared corners that move (CPDI2)"},
+        Choice<Domain>{Domain::simplex, "simplex", "the same, built-in shapes cut into triangles or tetrahedra (CPDI-T)"}};
+};
+template <> struct Axis<CornerWeights> {
+    static constexpr std::string_view key = "cell_weights", what = "weights of the corners of a cell";
+    static constexpr std::array choices{
+        Choice<CornerWeights>{CornerWeights::exact, "exact", "integrals over the cell"},
+        Choice<CornerWeights>{CornerWeights::mean, "mean", "the mean of the corners (Sadeghirad et al. 2013), exact for parallelepipeds"}};
 };
 template <> struct Axis<Projection> {
     static constexpr std::string_view key = "projection", what = "velocity from particles to nodes";
@@ -61,7 +75,9 @@ template <> struct Axis<Quadrature> {
 };
 template <> struct Axis<MassMatrix> {
     static constexpr std::string_view key = "mass", what = "mass matrix of the nodes";
-    static constexpr std::array choices{Choice<MassMatrix>{MassMatrix::lumped, "lumped", "row sums"}};
+    static constexpr std::array choices{
+        Choice<MassMatrix>{MassMatrix::lumped, "lumped", "row sums"},
+        Choice<MassMatrix>{MassMatrix::consistent, "consistent", "sum_p m_p phi_ip phi_jp, solved by conjugate gradients; rows below lump_below are lumped"}};
 };
 template <> struct Axis<Gradient> {
     static constexpr std::string_view key = "gradient", what = "velocity gradient at the particle";
@@ -115,6 +131,7 @@ E parse_choice(std::string_view name)
 struct MethodSpec {
     Basis basis           = Basis::hat;
     Domain domain         = Domain::point;
+    CornerWeights weights = CornerWeights::exact;
     Projection projection = Projection::mass;
     Samples samples       = Samples::particles;
     Quadrature quadrature = Quadrature::particle;
@@ -124,6 +141,9 @@ struct MethodSpec {
     Scheme scheme         = Scheme::usl;
     Start start           = Start::leapfrog;
     double pic_fraction   = 0.0;
+    double a0             = 0.5;
+    double lump_below     = 0.3;
+    double stretch_limit  = 0.0;
 
     bool operator==(const MethodSpec&) const = default;
 };
@@ -134,6 +154,7 @@ void for_each_axis(F&& f)
 {
     f(&MethodSpec::basis);
     f(&MethodSpec::domain);
+    f(&MethodSpec::weights);
     f(&MethodSpec::projection);
     f(&MethodSpec::samples);
     f(&MethodSpec::quadrature);
@@ -142,6 +163,70 @@ void for_each_axis(F&& f)
     f(&MethodSpec::update);
     f(&MethodSpec::scheme);
     f(&MethodSpec::start);
+}
+
+/// A number of a method, beside its axes.
+struct Setting {
+    std::string_view name;
+    double MethodSpec::*value;
+    double min, max;
+    std::string_view what;
+};
+inline constexpr std::array settings{
+    Setting{"pic_fraction", &MethodSpec::pic_fraction, 0, 1, "part of the velocity update that is PIC instead of FLIP; damps"},
+    Setting{"a0", &MethodSpec::a0, 0, 1, "ddmpm: the part of the plain gradient in the middle of a cell"},
+    Setting{"lump_below", &MethodSpec::lump_below, 0, 1,
+            "consistent mass: nodes that are filled to less than this part are lumped"},
+    Setting{"stretch_limit", &MethodSpec::stretch_limit, 0, 30,
+            "parallelepiped: largest distance of a corner from the particle, cells; wider domains are scaled (Homel et al. "
+            "2016); 0: none"}};
+
+/// dt c/h at which the fastest wave of the grid becomes unstable, over that of hats with lumped mass in full cells, 1. With
+/// the consistent mass 2/sqrt(largest eigenvalue of M^-1 K) in units of h/c, the end functions of splines being the fastest
+/// (computed for 40 cells, both ends free); waves along several axes then add.
+inline double allowed_courant_number(const MethodSpec& s, int dim)
+{
+    const bool lumped    = s.mass == MassMatrix::lumped;
+    const double several = lumped ? 1.0 : 1.0 / std::sqrt(dim);
+    switch (s.basis) {
+    case Basis::hat:
+    case Basis::ddmpm: return lumped ? 1.0 : 0.577 * several;
+    case Basis::bspline2: return lumped ? 0.862 : 0.430 * several;
+    case Basis::bspline3: return lumped ? 0.652 : 0.291 * several;
+    }
+    return 1.0;
+}
+
+/// A combination that makes no sense, and why.
+struct Rule {
+    bool (*forbids)(const MethodSpec&);
+    std::string_view what;  ///< the combination, in names of choices
+    std::string_view why;
+};
+
+inline bool has_cells(const MethodSpec& s) { return s.domain == Domain::cell || s.domain == Domain::simplex; }
+
+inline const std::vector<Rule>& rules()
+{
+    static const std::vector<Rule> rows = {
+        {[](const MethodSpec& s) { return s.basis == Basis::ddmpm && s.domain != Domain::point; },
+         "basis ddmpm with a domain other than point",
+         "ddmpm changes the gradient at a point; domains take means of the values of hats, which it leaves alone: use basis hat"},
+        {[](const MethodSpec& s) { return s.weights == CornerWeights::mean && !has_cells(s); },
+         "cell_weights mean with a domain other than cell and simplex", "there are no cells whose corners could be weighted"},
+        {[](const MethodSpec& s) { return s.stretch_limit > 0 && s.domain != Domain::parallelepiped; },
+         "stretch_limit with a domain other than parallelepiped",
+         "points and boxes do not stretch with F and cells share their corners: there is nothing that could be scaled"},
+    };
+    return rows;
+}
+
+/// The rule that a combination breaks; null when it is allowed.
+inline const Rule* broken_rule(const MethodSpec& s)
+{
+    for (const Rule& r : rules())
+        if (r.forbids(s)) return &r;
+    return nullptr;
 }
 
 /// A named row of the table of methods.
@@ -159,6 +244,16 @@ inline const std::vector<Preset>& presets()
         {"ugimp", "GIMP with domains of fixed size (Gong 2015, sec. 6.3)", {.domain = Domain::box}},
         {"cpgimp", "GIMP with domains stretched along the axes (Gong 2015, sec. 6.3)", {.domain = Domain::stretched_box}},
         {"cpdi1", "convected particle domains, parallelepipeds (Gong 2015, sec. 6.4)", {.domain = Domain::parallelepiped}},
+        {"cpdi2",
+         "convected particle domains, quadrilaterals and hexahedra (Gong 2015, sec. 6.5; Sadeghirad et al. 2013)",
+         {.domain = Domain::cell}},
+        {"cpdi2t", "convected particle domains, triangles and tetrahedra (Nguyen et al. 2017)", {.domain = Domain::simplex}},
+        {"bsmpm",
+         "quadratic splines with a consistent mass matrix (Wobbes et al. 2020)",
+         {.basis = Basis::bspline2, .mass = MassMatrix::consistent, .scheme = Scheme::musl}},
+        {"ddmpm",
+         "dual domain gradient with a consistent mass matrix (Wobbes et al. 2020)",
+         {.basis = Basis::ddmpm, .mass = MassMatrix::consistent, .scheme = Scheme::musl}},
     };
     return rows;
 }

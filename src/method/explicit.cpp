@@ -34,27 +34,31 @@ class Stopwatch {
     Clock::time_point begin_{};
 };
 
-std::string describe(Fault fault)
+std::string describe(Fault fault, const MethodSpec& method)
 {
     switch (fault) {
     case Fault::inverted:
-        return "its volume ratio J = det F is not positive (the deformation of one step is too large); a smaller time "
-               "step, scheme = \"musl\" or a method with particle domains (cpdi1) may help";
+        return std::string("its volume ratio J = det F is not positive (the deformation of one step is too large); a smaller "
+                           "time step") +
+               (method.scheme == Scheme::musl ? "" : ", scheme = \"musl\"") +
+               (method.domain == Domain::point ? " or a method with particle domains (cpdi1)" : "") + " may help";
     case Fault::not_finite: return "its state is not a finite number; a smaller time step may help";
     case Fault::left_grid: return "it left the grid; make [grid] size larger or put a [[boundary]] on that face";
     case Fault::domain_turned:
-        return "its box has no positive length left along an axis: a stretched box does not follow large rotations; use a "
-               "method whose domains do (cpdi1)";
+        return has_cells(method) ? "its cell has turned over or folded; a smaller time step, a finer mesh of particles or a "
+                                   "method whose domains cannot fold (cpdi1) may help"
+                                 : "its box has no positive length left along an axis: a stretched box does not follow large "
+                                   "rotations; use a method whose domains do (cpdi1)";
     case Fault::domain_too_wide:
-        return "its domain has grown wider than the grid pass can hold; a method with fixed domains (ugimp) or a coarser "
-               "grid may help";
+        return "its domain has grown wider than the grid pass can hold; a method with fixed domains (ugimp), a coarser grid "
+               "or, for parallelepipeds, method.stretch_limit may help";
     case Fault::none: break;
     }
     return "nothing is wrong";
 }
 
 template <int D>
-void require_sound(const State<D>& s)
+void require_sound(const MethodSpec& method, const State<D>& s)
 {
     if (s.fault.fault == Fault::none) return;
     const Particles<D>& p = s.particles;
@@ -62,16 +66,18 @@ void require_sound(const State<D>& s)
     std::string at;
     for (int a = 0; a < D; ++a) at += fmt::format("{}{:.6g}", a ? ", " : "", p.x[i][a]);
     throw NumericalError(fmt::format("step {}, t = {:.6g} s: particle {} of body {} at ({}), J = {:.4g}: {}", s.n, s.t, p.id[i],
-                                     p.body[i], at, det(p.F[i]), describe(s.fault.fault)));
+                                     p.body[i], at, det(p.F[i]), describe(s.fault.fault, method)));
 }
 
 }  // namespace
 
 template <int D>
-Explicit<D>::Explicit(Model<D> model) : model_(std::move(model)), has_body_force_(field_groups(model_).body_force)
-{
-    passes_ = choose_passes<D>(model_.method, has_body_force_);
-}
+Explicit<D>::Explicit(Model<D> model)
+    : model_(std::move(model)),
+      passes_(choose_passes<D>(model_.method)),
+      mass_solver_(passes_, model_.method.lump_below),
+      has_body_force_(field_groups(model_).body_force)
+{}
 
 template <int D>
 State<D> Explicit<D>::start(Particles<D> particles) const
@@ -80,7 +86,10 @@ State<D> Explicit<D>::start(Particles<D> particles) const
         particles.X[i] = particles.x[i];
         particles.F[i] = Mat<D>::identity();
     }
-    return start_deformed(std::move(particles));
+    State<D> s = start_deformed(std::move(particles));
+    if (has_cells(model_.method))  // with mean weights they are not at the centroids
+        for (int i = 0; i < s.particles.count; ++i) s.particles.X[i] += displacement(model_, s.particles, i);
+    return s;
 }
 
 template <int D>
@@ -89,19 +98,23 @@ State<D> Explicit<D>::start_deformed(Particles<D> particles) const
     State<D> s{};
     s.particles             = std::move(particles);
     const ParticleView<D> p = s.particles.view();
-    const Lattice<D> lattice(model_.origin, model_.h, model_.cells, model_.periodic, 0);
+    s.lattice               = Lattice<D>(model_.origin, model_.h, model_.cells, model_.periodic, 0, grid_basis(model_.method));
+    const Sweep<D> view     = sweep(s, nullptr, 0.0);
     for (int i = 0; i < p.count; ++i) {
         p.V[i]     = det(p.F[i]) * p.V0[i];
         p.sigma[i] = initial_stress(model_.materials[p.material[i]], p.F[i]);
         if (p.half) p.half[i] = p.half0[i];
-        passes_.evolve(p, i);
-        const DomainReach reach = reach_of<D>(model_.method, lattice, p, i);
-        if (!(reach.cells <= reach.max))
+        passes_.evolve(view, i);
+        const double reach = passes_.reach(s.lattice, p, i);
+        if (std::isnan(reach))
+            throw InputError(
+                fmt::format("particle {} of body {}: its domain has no positive volume, or is folded", p.id[i], p.body[i]));
+        if (!(reach <= passes_.max_reach))
             throw InputError(fmt::format(
                 "particle {} of body {}: its domain reaches {:.3g} cells from its centre, more than the {} that the method's "
                 "passes hold; use smaller particle domains or a coarser [grid] spacing",
-                p.id[i], p.body[i], reach.cells, reach.max));
-        s.reach = std::max(s.reach, reach.cells);
+                p.id[i], p.body[i], reach, passes_.max_reach));
+        s.reach = std::max(s.reach, reach);
     }
     sort_particles(model_, s);
     return s;
@@ -120,23 +133,25 @@ void Explicit<D>::step(State<D>& s, double dt) const
     const double t_kicked = s.t_v + dt_kick;
 
     sort_if_stale(s);
-    evaluate_body_forces(s);
     Lanes* nodes  = s.nodes.data();
     Lanes* strain = scheme == Scheme::usl ? nodes : s.strain_nodes.data();
 
     clear_nodes(s, nodes);
     if (scheme == Scheme::usf) {
-        scatter(s, passes_.project, nodes, 0, NodeLane::increment);  // m_i, (m v)_i <- particles
-        velocities(s, nodes);                                        // v_i
+        scatter(s, passes_.project, nodes, 0, NodeLane::end);  // m_i, (m v)_i <- particles
+        velocities(s, nodes);                                  // v_i
+        s.halo.copy(nodes);
         copy(strain, nodes, s.tiles);
         constrain(s, strain, s.t_v);
         gather(s, passes_.stress_of_past, strain, s.dt_prev);  // F_p, sigma_p at t_n from v_i of the step that led here
-        scatter(s, passes_.force, nodes, NodeLane::increment, NodeLane::end);  // f_i <- sigma_p
+        evaluate_external_forces(s);
+        scatter(s, passes_.force, nodes, NodeLane::increment, NodeLane::volume);  // f_i <- sigma_p
     } else {
-        scatter(s, passes_.project_and_force, nodes, 0, NodeLane::end);  // m_i, (m v)_i, f_i <- particles
-        velocities(s, nodes);                                            // v_i
+        evaluate_external_forces(s);
+        project_and_force(s, nodes);  // m_i, (m v)_i, f_i <- particles
     }
-    advance(s, nodes, dt_kick);  // a_i = f_i/m_i + g;  v_i += dt a_i
+    const bool has_velocities = scheme == Scheme::usf;
+    advance(s, nodes, dt_kick, t_kicked, has_velocities);  // v_i; a_i = f_i/m_i + g; v_i += dt a_i
     constrain(s, nodes, t_kicked);
 
     switch (scheme) {
@@ -145,19 +160,20 @@ void Explicit<D>::step(State<D>& s, double dt) const
     case Scheme::musl:
         gather(s, passes_.update_velocity, nodes, dt);  // v_p <- a_i
         clear_nodes(s, strain);
-        scatter(s, passes_.project, strain, 0, NodeLane::increment);  // the same nodes again, with the new v_p
+        scatter(s, passes_.project, strain, 0, NodeLane::end);  // the same nodes again, with the new v_p
         velocities(s, strain);
         constrain(s, strain, t_kicked);
-        gather(s, passes_.update_stress, strain, dt);  // F_p, sigma_p from the remapped velocity
-        gather(s, passes_.move, nodes, dt);            // last, so that every phi above is at x_n
+        gather(s, passes_.update_stress, strain, dt);          // F_p, sigma_p from the remapped velocity
+        if (passes_.move) gather(s, passes_.move, nodes, dt);  // last, so that every phi above is at x_n
         break;
     }
+    if (passes_.move_corners) move_corners(s, nodes, dt);  // cells: x_c, then x_p and V_p
     s.t_F = scheme == Scheme::usf ? s.t : s.t + dt;
     s.t += dt;
     s.t_v     = t_kicked;
     s.dt_prev = dt;
     ++s.n;
-    require_sound(s);  // now, so that time and particles belong together in the last output
+    require_sound(model_.method, s);  // now, so that time and particles belong together in the last output
 }
 
 template <int D>
@@ -166,7 +182,7 @@ Vec<D> Explicit<D>::project(State<D>& s) const
     sort_if_stale(s);
     Lanes* nodes = s.nodes.data();
     clear_nodes(s, nodes);
-    scatter(s, passes_.project, nodes, 0, NodeLane::increment);
+    scatter(s, passes_.project, nodes, 0, NodeLane::end);
     Vec<D> momentum{};
     for (const Index<D>& block : s.tiles.blocks())
         s.tiles.nodes_of(block).for_each([&](const Index<D>& at) {
@@ -186,11 +202,12 @@ void Explicit<D>::sort_if_stale(State<D>& s) const
 }
 
 template <int D>
-void Explicit<D>::evaluate_body_forces(State<D>& s) const
+void Explicit<D>::evaluate_external_forces(State<D>& s) const
 {
-    if (!has_body_force_) return;
     Stopwatch watch(times_, StageTimes::body_force);
     const ParticleView<D> p = s.particles.view();
+    if (!model_.tractions.empty()) evaluate_loads(model_.loads, model_.tractions, s.lattice, p, s.t);
+    if (!has_body_force_) return;
     if (model_.body_force_kernel) {
         parallel_pieces(p.count, [&](std::ptrdiff_t begin, std::ptrdiff_t end) { model_.body_force_kernel(p, begin, end, s.t); });
         return;
@@ -204,7 +221,13 @@ void Explicit<D>::evaluate_body_forces(State<D>& s) const
 template <int D>
 Sweep<D> Explicit<D>::sweep(State<D>& s, Lanes* nodes, double dt) const
 {
-    return {s.lattice, s.particles.view(), nodes, model_.materials.data(), dt, model_.method.pic_fraction};
+    return {s.lattice,
+            s.particles.view(),
+            nodes,
+            model_.materials.data(),
+            dt,
+            model_.method.pic_fraction,
+            model_.method.stretch_limit};
 }
 
 template <int D>
@@ -218,14 +241,56 @@ template <int D>
 void Explicit<D>::velocities(State<D>& s, Lanes* nodes) const
 {
     Stopwatch watch(times_, StageTimes::nodes);
-    ordo::velocities(nodes, s.tiles);
+    if (model_.method.mass == MassMatrix::lumped)
+        ordo::velocities(nodes, s.tiles);
+    else
+        mass_solver_.solve(s, sweep(s, nodes, 0.0), nodes, s.known.data(), MassSolver<D>::kVelocity);
 }
 
 template <int D>
-void Explicit<D>::advance(State<D>& s, Lanes* nodes, double dt) const
+void Explicit<D>::advance(State<D>& s, Lanes* nodes, double dt, double t, bool has_velocities) const
 {
+    const bool is_lumped = model_.method.mass == MassMatrix::lumped;
+    if (!has_velocities && (is_lumped || s.constraints.has_prescribed())) {
+        velocities(s, nodes);
+        has_velocities = true;
+    }
     Stopwatch watch(times_, StageTimes::nodes);
-    ordo::advance(nodes, s.tiles, model_.gravity, dt);
+    if (!is_lumped) {
+        // Constrained components have no acceleration, or the one that leads to the prescribed velocity.
+        Lanes* known = s.known.data();
+        s.constraints.for_each_velocity(model_.boundaries, t, [&](std::ptrdiff_t node, int a, bool is_prescribed, double v) {
+            const double total                   = is_prescribed ? (v - nodes[node][NodeLane::velocity + a]) / dt : 0.0;
+            known[node][NodeLane::increment + a] = total - model_.gravity[a];
+        });
+        mass_solver_.solve(s, sweep(s, nodes, 0.0), nodes, known,
+                           MassSolver<D>::kAcceleration | (has_velocities ? 0u : MassSolver<D>::kVelocity));
+    }
+    ordo::advance(nodes, s.tiles, model_.gravity, dt, !is_lumped);
+}
+
+template <int D>
+void Explicit<D>::project_and_force(State<D>& s, Lanes* nodes) const
+{
+    if (passes_.project_and_force) {
+        scatter(s, passes_.project_and_force, nodes, 0, NodeLane::end);
+        return;
+    }
+    scatter(s, passes_.project, nodes, 0, NodeLane::end);
+    s.halo.copy(nodes);
+    scatter(s, passes_.force, nodes, NodeLane::increment, NodeLane::volume);
+}
+
+template <int D>
+void Explicit<D>::move_corners(State<D>& s, Lanes* nodes, double dt) const
+{
+    {
+        Stopwatch watch(times_, StageTimes::gather);
+        const Sweep<D> view = sweep(s, nodes, dt);
+        parallel_pieces(static_cast<std::ptrdiff_t>(s.particles.corner.size()),
+                        [&](std::ptrdiff_t begin, std::ptrdiff_t end) { passes_.move_corners(view, begin, end); });
+    }
+    gather(s, passes_.follow_corners, nodes, dt);
 }
 
 template <int D>
@@ -267,15 +332,16 @@ double courant_time_step(const Model<D>& model, const Particles<D>& particles)
 {
     std::vector<double> c;
     for (const Material& m : model.materials) c.push_back(m.wave_speed());
-    const double rate = parallel_reduce(
-        particles.count, 0.0,
-        [&](std::ptrdiff_t i) {
+    const double allowed = allowed_courant_number(model.method, D);
+    const double rate    = parallel_reduce(
+           particles.count, 0.0,
+           [&](std::ptrdiff_t i) {
             double r = 0.0;
             for (int a = 0; a < D; ++a) r = std::max(r, (c[particles.material[i]] + norm(particles.v[i])) / model.h[a]);
             return r;
         },
-        [](double& total, double r) { total = std::max(total, r); });
-    return rate > 0 ? 1 / rate : std::numeric_limits<double>::infinity();
+           [](double& total, double r) { total = std::max(total, r); });
+    return rate > 0 ? allowed / rate : std::numeric_limits<double>::infinity();
 }
 
 template class Explicit<1>;

@@ -1,6 +1,7 @@
 // The explicit step: USF, USL and MUSL on symplectic Euler or leapfrog, from the passes of a method.
 #pragma once
 
+#include "method/mass_matrix.hpp"
 #include "method/passes.hpp"
 #include "method/state.hpp"
 
@@ -45,10 +46,12 @@ class Explicit {
 
   private:
     void sort_if_stale(State<D>& s) const;
-    void evaluate_body_forces(State<D>& s) const;
+    void evaluate_external_forces(State<D>& s) const;
     void clear_nodes(State<D>& s, Lanes* nodes) const;
     void velocities(State<D>& s, Lanes* nodes) const;
-    void advance(State<D>& s, Lanes* nodes, double dt) const;
+    void advance(State<D>& s, Lanes* nodes, double dt, double t, bool has_velocities) const;
+    void project_and_force(State<D>& s, Lanes* nodes) const;
+    void move_corners(State<D>& s, Lanes* nodes, double dt) const;
     void scatter(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const;
     void gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt) const;
     void constrain(State<D>& s, Lanes* nodes, double t) const;
@@ -56,11 +59,13 @@ class Explicit {
 
     Model<D> model_;
     Passes<D> passes_;
+    MassSolver<D> mass_solver_;
     bool has_body_force_;
     StageTimes* times_ = nullptr;
 };
 
-/// The largest dt with Courant number 1: h over the P-wave speed plus |v|, smallest over axes and particles, s.
+/// The largest dt with the Courant number that basis and mass matrix allow: h over the P-wave speed plus |v|, smallest over
+/// axes and particles, times allowed_courant_number, s.
 template <int D>
 double courant_time_step(const Model<D>& model, const Particles<D>& particles);
 

@@ -25,7 +25,7 @@ void sort_particles(const Model<D>& model, State<D>& s)
     const int halo             = static_cast<int>(std::ceil(s.reach + min_slack));
     wrap_periodic(model, s.particles);
 
-    const Lattice<D> lattice(model.origin, model.h, model.cells, model.periodic, halo + 1);
+    const Lattice<D> lattice(model.origin, model.h, model.cells, model.periodic, halo + 1, grid_basis(model.method));
     Tiles<D> tiles(lattice, halo);
     const int count = s.particles.count;
     std::vector<std::uint64_t> keys(count), sorted(count);
@@ -42,6 +42,7 @@ void sort_particles(const Model<D>& model, State<D>& s)
     if (s.nodes.size() != lattice.node_count()) {
         s.nodes = Array<Lanes>(lattice.node_count());
         if (model.method.scheme != Scheme::usl) s.strain_nodes = Array<Lanes>(lattice.node_count());
+        if (model.method.mass == MassMatrix::consistent) s.known = Array<Lanes>(lattice.node_count());
     }
     s.lattice     = lattice;
     s.tiles       = std::move(tiles);

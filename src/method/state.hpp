@@ -7,8 +7,10 @@
 #include "kernels/sweep.hpp"
 #include "material/material.hpp"
 #include "method/axes.hpp"
+#include "method/tractions.hpp"
 #include "particles/particles.hpp"
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <vector>
@@ -29,6 +31,8 @@ struct Model {
     std::vector<Material> materials;
     std::vector<VectorField<D>> body_forces;  ///< one per body, per mass, m/s^2
     BodyForceKernel<D> body_force_kernel;     ///< where set, instead of body_forces
+    std::vector<Traction<D>> tractions;
+    std::vector<Load<D>> loads;  ///< the faces that they act on, see add_loads
     std::vector<Boundary<D>> boundaries;
     Vec<D> gravity{};
 };
@@ -43,10 +47,12 @@ struct State {
     Tiles<D> tiles;
     Halo<D> halo;
     Constraints<D> constraints;
-    Array<Lanes> nodes;         ///< sums, then velocities and increments
-    Array<Lanes> strain_nodes;  ///< velocities that update the stress, where they are not those of `nodes` (USF, MUSL)
-    double drift = 0.0;         ///< bound on any particle's displacement since the sort, cells
-    double reach = 0.0;         ///< largest distance from a particle to the edge of its domain, cells
+    Array<Lanes> nodes;                  ///< sums, then velocities and increments
+    Array<Lanes> strain_nodes;           ///< velocities that update the stress, where they are not those of `nodes` (USF, MUSL)
+    std::array<Array<Lanes>, 5> solver;  ///< of the consistent mass matrix; empty without it
+    Array<Lanes> known;                  ///< values of constrained components, for the same
+    double drift = 0.0;                  ///< bound on any particle's displacement since the sort, cells
+    double reach = 0.0;                  ///< largest distance from a particle to the edge of its domain, cells
 
     TileReport fault;  ///< the first fault of the step, if any
 
@@ -57,13 +63,29 @@ struct State {
     long n         = 0;    ///< steps taken
 };
 
+/// What the grid of a method is made of.
+inline GridBasis grid_basis(const MethodSpec& method)
+{
+    return {.degree = method.basis == Basis::bspline2 ? 2 : method.basis == Basis::bspline3 ? 3 : 1, .a0 = method.a0};
+}
+
+/// Whether a condition stands on a plane inside a grid of splines, where they do not interpolate.
+template <int D>
+bool is_inner_plane_of_splines(const Model<D>& model, const Boundary<D>& b)
+{
+    const double end = model.origin[b.axis] + (b.outer_is_above ? model.cells[b.axis] * model.h[b.axis] : 0.0);
+    return grid_basis(model.method).degree > 1 && std::fabs(b.at - end) > 1e-9 * model.h[b.axis];
+}
+
 /// The groups of particle fields that a model needs.
 template <int D>
 FieldGroups field_groups(const Model<D>& model)
 {
     FieldGroups g{};
-    g.box     = model.method.domain == Domain::box || model.method.domain == Domain::stretched_box;
-    g.corners = model.method.domain == Domain::parallelepiped;
+    g.box      = model.method.domain == Domain::box || model.method.domain == Domain::stretched_box;
+    g.corners  = model.method.domain == Domain::parallelepiped;
+    g.cells    = has_cells(model.method);
+    g.traction = !model.tractions.empty();
     for (int a = 0; a < D; ++a) g.periodic = g.periodic || model.periodic[a];
     g.body_force = static_cast<bool>(model.body_force_kernel);
     for (const auto& b : model.body_forces) g.body_force = g.body_force || !is_zero<D>(b);
@@ -78,6 +100,16 @@ Vec<D> displacement(const Model<D>& model, const Particles<D>& p, int i)
     for (int a = 0; a < D; ++a)
         if (model.periodic[a]) u[a] += p.turns[i][a] * (model.cells[a] * model.h[a]);
     return u;
+}
+
+/// Where a corner of particle i's cell is beside it: on a periodic axis corners keep their way, particles do not.
+template <int D>
+Vec<D> corner_place(const Model<D>& model, const Particles<D>& p, int i, int corner)
+{
+    Vec<D> x = p.corner[corner];
+    for (int a = 0; a < D; ++a)
+        if (model.periodic[a]) x[a] -= p.turns[i][a] * (model.cells[a] * model.h[a]);
+    return x;
 }
 
 /// Where particle i is drawn and where fields are evaluated: in the first period of periodic axes. Between sorts x may

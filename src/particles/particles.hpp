@@ -4,6 +4,7 @@
 
 #include "base/array.hpp"
 #include "base/vec.hpp"
+#include "particles/cells.hpp"
 
 #include <cstdint>
 #include <utility>
@@ -15,30 +16,36 @@ template <int D>
 using Turns = Vec<D, int>;
 
 // FIELD(type, name, group): `group` says which methods need it, see FieldGroups.
-#define ORDO_PARTICLE_FIELDS(FIELD)                                                   \
-    FIELD(Vec<D>, x, always)              /* position at t_n, m */                    \
-    FIELD(Vec<D>, X, always)              /* initial position, m */                   \
-    FIELD(Vec<D>, v, always)              /* velocity at t_n - dt/2, m/s */           \
-    FIELD(Mat<D>, F, always)              /* deformation gradient */                  \
-    FIELD(Mat<D>, sigma, always)          /* Cauchy stress, Pa */                     \
-    FIELD(double, m, always)              /* mass, kg */                              \
-    FIELD(double, V0, always)             /* initial volume, m^D */                   \
-    FIELD(double, V, always)              /* volume J V0, m^D */                      \
-    FIELD(std::int32_t, id, always)       /* place in the order of seeding */         \
-    FIELD(std::int32_t, body, always)     /* index of the body */                     \
-    FIELD(std::int32_t, material, always) /* index of the material */                 \
-    FIELD(Vec<D>, half0, box)             /* initial half-lengths, m */               \
-    FIELD(Vec<D>, half, box)              /* half-lengths, m */                       \
-    FIELD(Mat<D>, edges0, corners)        /* initial half-edge vectors, columns, m */ \
-    FIELD(Mat<D>, edges, corners)         /* half-edge vectors F edges0, m */         \
-    FIELD(Vec<D>, b, body_force)          /* body force per mass, m/s^2 */            \
-    FIELD(Turns<D>, turns, periodic)      /* periods travelled along each axis */
+#define ORDO_PARTICLE_FIELDS(FIELD)                                                       \
+    FIELD(Vec<D>, x, always)                 /* position at t_n, m */                     \
+    FIELD(Vec<D>, X, always)                 /* initial position, m */                    \
+    FIELD(Vec<D>, v, always)                 /* velocity at t_n - dt/2, m/s */            \
+    FIELD(Mat<D>, F, always)                 /* deformation gradient */                   \
+    FIELD(Mat<D>, sigma, always)             /* Cauchy stress, Pa */                      \
+    FIELD(double, m, always)                 /* mass, kg */                               \
+    FIELD(double, V0, always)                /* initial volume, m^D */                    \
+    FIELD(double, V, always)                 /* volume J V0, m^D */                       \
+    FIELD(std::int32_t, id, always)          /* place in the order of seeding */          \
+    FIELD(std::int32_t, body, always)        /* index of the body */                      \
+    FIELD(std::int32_t, material, always)    /* index of the material */                  \
+    FIELD(Vec<D>, half0, box)                /* initial half-lengths, m */                \
+    FIELD(Vec<D>, half, box)                 /* half-lengths, m */                        \
+    FIELD(Mat<D>, edges0, corners)           /* initial half-edge vectors, columns, m */  \
+    FIELD(Mat<D>, edges, corners)            /* half-edge vectors F edges0, m */          \
+    FIELD(CornerIds<D>, cell, cells)         /* the corners of the particle's cell */     \
+    FIELD(std::int32_t, load, traction)      /* first of its loads in the model, or -1 */ \
+    FIELD(Vec<D>, traction, traction)        /* force on its faces, N */                  \
+    FIELD(Mat<D>, traction_moment, traction) /* sum of force (x) arm from x, N m */       \
+    FIELD(Vec<D>, b, body_force)             /* body force per mass, m/s^2 */             \
+    FIELD(Turns<D>, turns, periodic)         /* periods travelled along each axis */
 
 /// Groups of fields beyond those that every method needs.
 struct FieldGroups {
     static constexpr bool always = true;
     bool box                     = false;
     bool corners                 = false;
+    bool cells                   = false;
+    bool traction                = false;
     bool body_force              = false;
     bool periodic                = false;
 };
@@ -50,6 +57,7 @@ struct ParticleView {
     ORDO_PARTICLE_FIELDS(ORDO_FIELD)
 #undef ORDO_FIELD
     int count;
+    Vec<D>* corner;  ///< positions of the shared corners of cells, m
 };
 
 /// The owner of the particle fields.
@@ -59,6 +67,7 @@ struct Particles {
     ORDO_PARTICLE_FIELDS(ORDO_FIELD)
 #undef ORDO_FIELD
     int count = 0;
+    Array<Vec<D>> corner;  ///< positions of the shared corners of cells, m; no field of particles, never sorted
 
     Particles() = default;
     Particles(int n, const FieldGroups& groups) : count(n)
@@ -85,7 +94,8 @@ struct Particles {
 #define ORDO_FIELD(type, name, group) name.data(),
             ORDO_PARTICLE_FIELDS(ORDO_FIELD)
 #undef ORDO_FIELD
-                count};
+                count,
+            corner.data()};
     }
 
     /// Bytes that one particle occupies in these arrays.

@@ -30,6 +30,7 @@ void plant(Particles<D>& p, int i, const Seed<D>& seed, double density)
     p.V0[i] = seed.volume;
     p.m[i]  = seed.volume * density;
     p.id[i] = i;
+    if (!p.load.empty()) p.load[i] = -1;
     if (!p.edges0.empty()) p.edges0[i] = seed.edges;
     if (!p.half0.empty())
         for (int a = 0; a < D; ++a) {

@@ -2,13 +2,41 @@
 // A particle leaves a charge at each corner, which is spread with plain hats: no gradient, no search for duplicate nodes.
 #pragma once
 
+#include "shape/bspline.hpp"
+#include "shape/cell_weights.hpp"
 #include "shape/hat.hpp"
 #include "shape/shape.hpp"
 #include "shape/stencil.hpp"
 
 #include <cmath>
+#include <limits>
 
 namespace ordo {
+
+/// The distance in cells from the particle to the furthest corner of a parallelepiped with half-edge vectors r, per axis.
+template <int D>
+ORDO_HD double corner_reach(const Lattice<D>& g, const Mat<D>& r)
+{
+    double reach = 0.0;
+    for (int a = 0; a < D; ++a) {
+        double sum = 0.0;
+        for (int d = 0; d < D; ++d) sum += std::fabs(r(a, d));
+        reach = larger(reach, sum * g.inv_h[a]);
+    }
+    return reach;
+}
+
+/// The values of a basis at a corner in cell coordinates y.
+template <int D, class Basis>
+ORDO_FLAT inline void corner_values(const Lattice<D>& g, const Vec<D>& y, Stencil<D, Basis::width>& s)
+{
+    s.first = 0;
+    for (int a = 0; a < D; ++a) {
+        const int cell = Basis::row(g, a, y[a], s.w[a]);
+        ORDO_EXPECT(cell >= 0 && cell + Basis::width <= g.nodes[a]);
+        s.first += g.stride[a] * cell;
+    }
+}
 
 /// Domain `parallelepiped` (CPDI1): corners x_p + sum_d s_d r_d, s_d = -1 or 1, with half-edge vectors r_d.
 /// w_c = 2^-D; g_c = 2^-D sum_d s_d r^d with the dual vectors r^d . r_e = delta_de (Gong 2015, 6.27; errata 28).
@@ -20,16 +48,7 @@ struct Parallelepiped {
     /// Corners further away than this many cells make tiles so wide that the run rather ends with a NumericalError.
     static constexpr double max_reach = 30.0;
 
-    ORDO_FLAT static double reach(const Lattice<D>& g, const ParticleView<D>& p, int i)
-    {
-        double r = 0.0;
-        for (int a = 0; a < D; ++a) {
-            double sum = 0.0;
-            for (int d = 0; d < D; ++d) sum += std::fabs(p.edges[i](a, d));
-            r = larger(r, sum * g.inv_h[a]);
-        }
-        return r;
-    }
+    ORDO_FLAT static double reach(const Lattice<D>& g, const ParticleView<D>& p, int i) { return corner_reach(g, p.edges[i]); }
 
     /// The columns are the dual vectors r^d times 2^-D.
     ORDO_FLAT static Mat<D> scaled_duals(const Mat<D>& r) { return cofactor(r) * (w / det(r)); }
@@ -47,21 +66,17 @@ struct Parallelepiped {
             for (int d = 0; d < D; ++d) e(a, d) = r(a, d) * g.inv_h[a];
         }
         for (int c = 0; c < corner_count; ++c) {
+            Vec<D> at = y;
+            for (int a = 0; a < D; ++a)
+                for (int d = 0; d < D; ++d) at[a] += sign(c, d) * e(a, d);
             Stencil<D, Basis::width> s;
-            s.first = 0;
-            for (int a = 0; a < D; ++a) {
-                double at = y[a];
-                for (int d = 0; d < D; ++d) at += sign(c, d) * e(a, d);
-                const int cell = Basis::row(at, s.w[a]);
-                ORDO_EXPECT(cell >= 0 && cell + Basis::width <= g.nodes[a]);
-                s.first += g.stride[a] * cell;
-            }
+            corner_values<D, Basis>(g, at, s);
             f(c, s);
         }
     }
 
     template <class Visit>
-    ORDO_FLAT static void for_each_node(const Lattice<D>& g, const ParticleView<D>& p, int i, Visit&& visit)
+    ORDO_FLAT static void for_each_node(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes*, Visit&& visit)
     {
         const Mat<D> dual = scaled_duals(p.edges[i]);
         for_each_corner(g, p, i, [&](int c, auto& s) {
@@ -115,8 +130,116 @@ struct Parallelepiped {
         value += total * w;
     }
 };
-
-
 static_assert(Shape<Parallelepiped<2, Hat>>);
+
+/// Domain `cell` (CPDI2, CPDI-T): a cell of a mesh whose corners are shared and move with the grid. Weights of the corners
+/// are integrals over the cell, or their mean (Sadeghirad et al. 2013); gradients are exact means. V_p is the volume of the
+/// cell: with J V0 uniform stress would leave forces inside.
+template <int D, class Basis, bool is_exact>
+struct Cell {
+    static constexpr int dim          = D;
+    static constexpr int corner_count = 1 << D;
+    static constexpr double max_reach = 30.0;
+
+    /// The corners of particle i. On a periodic axis corners keep their way, while particles are put back into the period.
+    ORDO_FLAT static void get(const Lattice<D>& g, const ParticleView<D>& p, int i, Vec<D> (&x)[corner_count])
+    {
+        get_corners(p.cell[i], p.corner, x);
+        if (!p.turns) return;
+        for (int a = 0; a < D; ++a)
+            if (g.periodic[a])
+                for (Vec<D>& c : x) c[a] -= p.turns[i][a] * (g.cells[a] * g.h[a]);
+    }
+    ORDO_FLAT static CellWeights<D> weights(const ParticleView<D>& p, int i, const Vec<D> (&x)[corner_count])
+    {
+        if constexpr (is_exact)
+            return exact_weights<D>(x, p.cell[i].is_simplex());
+        else
+            return mean_weights<D>(x, p.cell[i].is_simplex());
+    }
+
+    /// Not a number where the cell has turned over or folded.
+    ORDO_FLAT static double reach(const Lattice<D>& g, const ParticleView<D>& p, int i)
+    {
+        Vec<D> x[corner_count];
+        get(g, p, i, x);
+        const CellWeights<D> k = weights(p, i, x);
+        if (!k.is_sound) return std::numeric_limits<double>::quiet_NaN();
+        double r = 0.0;
+        for (int c = 0; c < k.count; ++c)
+            for (int a = 0; a < D; ++a) r = larger(r, std::fabs(x[c][a] - p.x[i][a]) * g.inv_h[a]);
+        return r;
+    }
+
+    /// Sets the volume of particle i from its corners; returns where it is, sum w_c x_c.
+    ORDO_FLAT static Vec<D> settle(const Lattice<D>& g, const ParticleView<D>& p, int i)
+    {
+        Vec<D> x[corner_count], center{};
+        get(g, p, i, x);
+        const CellWeights<D> k = weights(p, i, x);
+        for (int c = 0; c < k.count; ++c) center += k.w[c] * (x[c] - x[0]);
+        p.V[i] = k.V;
+        return x[0] + center;
+    }
+
+    /// f(w_c, g_c, stencil) for each corner.
+    template <class F>
+    ORDO_FLAT static void for_each_corner(const Lattice<D>& g, const ParticleView<D>& p, int i, F&& f)
+    {
+        Vec<D> x[corner_count];
+        get(g, p, i, x);
+        const CellWeights<D> k = weights(p, i, x);
+        for (int c = 0; c < k.count; ++c) {
+            Vec<D> y{};
+            for (int a = 0; a < D; ++a) y[a] = g.cell_coordinate(a, x[c][a]);
+            Stencil<D, Basis::width> s;
+            corner_values<D, Basis>(g, y, s);
+            f(k.w[c], k.g[c], s);
+        }
+    }
+
+    template <class Visit>
+    ORDO_FLAT static void for_each_node(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes*, Visit&& visit)
+    {
+        for_each_corner(g, p, i, [&](double w, const Vec<D>& gc, auto& s) {
+            for (auto& row : s.dw)
+                for (double& x : row) x = 0.0;
+            ordo::for_each_node(s, g, [&](std::ptrdiff_t node, double n, const Vec<D>&) { visit(node, w * n, n * gc); });
+        });
+    }
+    ORDO_FLAT static void spread(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value,
+                                 const Lanes (&flux)[D])
+    {
+        for_each_corner(g, p, i, [&](double w, const Vec<D>& gc, const auto& s) {
+            Lanes charge = value * w;
+            for (int a = 0; a < D; ++a) charge += flux[a] * gc[a];
+            spread_value_axis<D - 1>(s, g, nodes + s.first, charge);
+        });
+    }
+    ORDO_FLAT static void spread_value(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value)
+    {
+        for_each_corner(
+            g, p, i, [&](double w, const Vec<D>&, const auto& s) { spread_value_axis<D - 1>(s, g, nodes + s.first, value * w); });
+    }
+    ORDO_FLAT static void collect(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value,
+                                  Lanes (&gradient)[D])
+    {
+        for_each_corner(g, p, i, [&](double w, const Vec<D>& gc, const auto& s) {
+            Lanes u{};
+            collect_value_axis<D - 1>(s, g, nodes + s.first, u);
+            value += u * w;
+            for (int a = 0; a < D; ++a) gradient[a] += u * gc[a];
+        });
+    }
+    ORDO_FLAT static void collect_value(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value)
+    {
+        for_each_corner(g, p, i, [&](double w, const Vec<D>&, const auto& s) {
+            Lanes u{};
+            collect_value_axis<D - 1>(s, g, nodes + s.first, u);
+            value += u * w;
+        });
+    }
+};
+static_assert(Shape<Cell<2, Hat, true>>);
 
 }  // namespace ordo

@@ -1,7 +1,7 @@
 // Basis `hat`: piecewise linear functions of one axis.
 #pragma once
 
-#include "base/vec.hpp"
+#include "grid/lattice.hpp"
 
 #include <limits>
 
@@ -9,11 +9,13 @@ namespace ordo {
 
 /// The hats that do not vanish at a cell coordinate. A basis gives rows of (first node, values, slopes per cell).
 struct Hat {
-    static constexpr int width = 2;  ///< functions that do not vanish in a cell
+    static constexpr int degree = 1;
+    static constexpr int width  = 2;  ///< functions that do not vanish in a cell
 
     /// Values and slopes. On a cell face the value of the far node is the smallest there is instead of zero: where it
     /// holds no other mass it must still have the velocity that its slope will ask for.
-    ORDO_FLAT static int row(double y, double (&w)[width], double (&dw)[width])
+    template <int D>
+    ORDO_FLAT static int row(const Lattice<D>&, int, double y, double (&w)[width], double (&dw)[width])
     {
         constexpr double least = std::numeric_limits<double>::epsilon();
         const int cell         = static_cast<int>(y);
@@ -25,7 +27,8 @@ struct Hat {
         return cell;
     }
     /// Values alone.
-    ORDO_FLAT static int row(double y, double (&w)[width])
+    template <int D>
+    ORDO_FLAT static int row(const Lattice<D>&, int, double y, double (&w)[width])
     {
         const int cell = static_cast<int>(y);
         w[1]           = y - cell;

@@ -5,6 +5,8 @@
 #include "shape/shape.hpp"
 #include "shape/stencil.hpp"
 
+#include <cmath>
+
 namespace ordo {
 
 template <int D, class Basis>
@@ -20,7 +22,7 @@ struct Point {
         Row s;
         s.first = 0;
         for (int a = 0; a < D; ++a) {
-            const int cell = Basis::row(g.cell_coordinate(a, p.x[i][a]), s.w[a], s.dw[a]);
+            const int cell = Basis::row(g, a, g.cell_coordinate(a, p.x[i][a]), s.w[a], s.dw[a]);
             ORDO_EXPECT(cell >= 0 && cell + Basis::width <= g.nodes[a]);
             s.first += g.stride[a] * cell;
             for (double& d : s.dw[a]) d *= g.inv_h[a];
@@ -28,7 +30,7 @@ struct Point {
         return s;
     }
     template <class Visit>
-    ORDO_FLAT static void for_each_node(const Lattice<D>& g, const ParticleView<D>& p, int i, Visit&& visit)
+    ORDO_FLAT static void for_each_node(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes*, Visit&& visit)
     {
         ordo::for_each_node(stencil(g, p, i), g, visit);
     }
@@ -54,5 +56,23 @@ struct Point {
     }
 };
 static_assert(Shape<Point<2, Hat>>);
+
+/// The sum of N_i(x) n_i over the nodes; on a periodic axis x may lie outside the period.
+template <int D, class Basis>
+ORDO_FLAT inline Lanes interpolate(const Lattice<D>& g, const Lanes* nodes, const Vec<D>& x)
+{
+    Stencil<D, Basis::width> s;
+    s.first = 0;
+    for (int a = 0; a < D; ++a) {
+        double y = g.cell_coordinate(a, x[a]);
+        if (g.periodic[a]) y -= g.cells[a] * std::floor((y - g.margin) / g.cells[a]);
+        const int cell = Basis::row(g, a, y, s.w[a]);
+        ORDO_EXPECT(cell >= 0 && cell + Basis::width <= g.nodes[a]);
+        s.first += g.stride[a] * cell;
+    }
+    Lanes value{};
+    collect_value_axis<D - 1>(s, g, nodes + s.first, value);
+    return value;
+}
 
 }  // namespace ordo

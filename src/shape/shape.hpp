@@ -15,8 +15,8 @@ struct AnyVisitor {
     ORDO_HD void operator()(std::ptrdiff_t, double, const Vec<D>&) const {}
 };
 
-/// A domain on a basis. `for_each_node` is its definition (a node may come several times); `spread` and `collect` are
-/// the fast forms, tested against it. `reach` is the distance in cells from the particle to the edge of its domain, at most `max_reach`.
+/// A domain on a basis. `for_each_node` is its definition (a node may come several times; only ddmpm looks at the nodes);
+/// `spread` and `collect` are the fast forms, tested against it. `reach` is the distance in cells from the particle to the edge of its domain, at most `max_reach`.
 template <class S>
 concept Shape = requires(const Lattice<S::dim>& g, const ParticleView<S::dim>& p, int i, Lanes* nodes, const Lanes* read,
                          const Lanes& value, const Lanes (&flux)[S::dim], Lanes& sum, Lanes (&gradient)[S::dim])
@@ -27,7 +27,7 @@ concept Shape = requires(const Lattice<S::dim>& g, const ParticleView<S::dim>& p
     {
         S::max_reach
         } -> std::convertible_to<double>;
-    S::for_each_node(g, p, i, AnyVisitor<S::dim>{});
+    S::for_each_node(g, p, i, read, AnyVisitor<S::dim>{});
     S::spread(g, p, i, nodes, value, flux);
     S::spread_value(g, p, i, nodes, value);
     S::collect(g, p, i, read, sum, gradient);

@@ -13,8 +13,11 @@ Case vibration_shifted();
 Case ring();
 Case vortex();
 Case shear_rotation();
+Case rotation();
+Case simple_shear();
 Case bar_small_strain();
 Case bar_large_strain();
+Case bar_traction();
 Case two_disks();
 Case wall_rebound();
 

@@ -2,6 +2,7 @@
 
 #include "base/error.hpp"
 #include "method/diagnostics.hpp"
+#include "method/planting.hpp"
 
 #include <fmt/format.h>
 
@@ -17,6 +18,9 @@ namespace {
 template <int D>
 Row row_of(const Problem<D>& problem)
 {
+    for (const Boundary<D>& b : problem.model.boundaries)
+        if (is_inner_plane_of_splines(problem.model, b))
+            throw InputError("--method: the case has walls inside the grid, where splines do not interpolate; use basis hat");
     Row row{};
     row.h              = problem.model.h[0];
     row.cells          = static_cast<int>(std::lround(1 / row.h));
@@ -30,11 +34,17 @@ Row row_of(const Problem<D>& problem)
     return row;
 }
 
+/// The particles of a problem; its tractions find their faces.
 template <int D>
-Particles<D> plant_all(const Problem<D>& problem)
+Particles<D> plant_all(Problem<D>& problem)
 {
-    Particles<D> p(static_cast<int>(problem.seeds.size()), field_groups(problem.model));
-    for (int i = 0; i < p.count; ++i) plant(p, i, problem.seeds[i], problem.model.materials[0].density);
+    Model<D>& model = problem.model;
+    Particles<D> p  = ordo::plant_all(model, problem.seeds, problem.corners);
+    if (model.tractions.empty()) return p;
+    const CellMesh<D> mesh = mesh_of(model.method, problem.seeds, problem.corners);
+    for (int t = 0; t < static_cast<int>(model.tractions.size()); ++t)
+        add_loads<D>(model.loads, p, mesh, 0, t,
+                     [&](const Vec<D>& normal, const Vec<D>& center) { return problem.load(normal, center) == t; });
     return p;
 }
 
@@ -84,7 +94,8 @@ void measure_particles(const Problem<D>& problem, const State<D>& s, Row& row)
         const Vec<D> x = solution.position(p.X[i], s.t), v = solution.velocity(p.X[i], s.t_v);
         const Mat<D> F = solution.deformation(p.X[i], s.t_F), sigma = solution.stress(p.X[i], s.t_F);
         const double rho = material.density / det(F);
-        displacement.add(dot(p.x[i] - x, p.x[i] - x), dot(x - p.X[i], x - p.X[i]), p.V[i]);
+        const Vec<D> u = x - p.X[i], error = ordo::displacement(problem.model, p, i) - u;
+        displacement.add(dot(error, error), dot(u, u), p.V[i]);
         velocity.add(dot(p.v[i] - v, p.v[i] - v), dot(v, v), p.V[i]);
         stress.add(ddot(p.sigma[i] - sigma, p.sigma[i] - sigma), ddot(sigma, sigma), p.V[i]);
         density.add(std::pow(p.m[i] / p.V[i] - rho, 2), rho * rho, p.V[i]);
@@ -133,14 +144,11 @@ void measure_nodes(const Problem<D>& problem, const Explicit<D>& method, State<D
     Index<D> first = Index<D>::filled(s.lattice.margin), last{};
     for (int a = 0; a < D; ++a) last[a] = first[a] + s.lattice.cells[a] + 1;
     IndexBox<D>{first, last}.for_each([&](const Index<D>& at) {
-        const Lanes& node = s.nodes[s.lattice.offset(at)];
-        if (!(node[NodeLane::mass] > 0)) return;
-        Vec<D> x{}, v{};
-        for (int a = 0; a < D; ++a) {
-            x[a] = s.lattice.node_position(a, at[a]);
-            v[a] = node[NodeLane::velocity + a];
-        }
-        const auto X = material_point(*problem.solution, x, s.t);
+        if (!(s.nodes[s.lattice.offset(at)][NodeLane::mass] > 0)) return;
+        Vec<D> x{};
+        for (int a = 0; a < D; ++a) x[a] = s.lattice.origin[a] + (at[a] - s.lattice.margin) * s.lattice.h[a];
+        const Vec<D> v = sample_grid(s, x).velocity;
+        const auto X   = material_point(*problem.solution, x, s.t);
         if (!X || !problem.contains(*X)) return;
         const Vec<D> e = v - problem.solution->velocity(*X, s.t_v);
         double share   = volume;  // of the node in the grid
@@ -154,17 +162,20 @@ void measure_nodes(const Problem<D>& problem, const Explicit<D>& method, State<D
 }  // namespace
 
 template <int D>
-Row measure(const Problem<D>& problem)
+Row measure(const Problem<D>& given)
 {
-    Row row = row_of(problem);
+    Row row = row_of(given);
     if (row.particles == 0) {
         row.failed = "the mesh is too coarse to hold a particle";
         return row;
     }
-    Explicit<D> method(problem.model);
+    Problem<D> problem     = given;
     Particles<D> particles = plant_all(problem);
+    Explicit<D> method(problem.model);
+    row.particles = particles.count;
+    for (Vec<D>& corner : particles.corner) corner = problem.solution->position(corner, 0.0);
     for (int i = 0; i < particles.count; ++i) {
-        const Vec<D> X = problem.seeds[i].x;
+        const Vec<D> X = particles.x[i];
         particles.X[i] = X;
         particles.x[i] = problem.solution->position(X, 0.0);
         particles.v[i] = problem.solution->velocity(X, 0.0);
@@ -174,23 +185,30 @@ Row measure(const Problem<D>& problem)
     advance(method, s, row, [](const State<D>&) {});
     if (!row.failed.empty()) return row;
     measure_particles(problem, s, row);
-    measure_nodes(problem, method, s, row);
+    try {
+        measure_nodes(problem, method, s, row);
+    } catch (const NumericalError& e) {
+        row.failed = e.what();
+        return row;
+    }
     for (const auto& [name, value] : row.error)
         if (!std::isfinite(value)) row.failed = "the error of " + name + " is not a finite number";
     return row;
 }
 
 template <int D>
-Row watch(const Problem<D>& problem)
+Row watch(const Problem<D>& given)
 {
-    Row row = row_of(problem);
+    Row row = row_of(given);
     if (row.particles == 0) {
         row.failed = "the mesh is too coarse to hold a particle";
         return row;
     }
-    Explicit<D> method(problem.model);
+    Problem<D> problem     = given;
     Particles<D> particles = plant_all(problem);
-    for (int i = 0; i < particles.count; ++i) particles.v[i] = problem.velocity(problem.seeds[i].x);
+    Explicit<D> method(problem.model);
+    row.particles = particles.count;
+    for (int i = 0; i < particles.count; ++i) particles.v[i] = problem.velocity(particles.x[i]);
     State<D> s         = method.start(std::move(particles));
     const Totals first = totals(problem.model, s.particles);
     double size = 0, largest = 0, strain = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "method/explicit.hpp"
+#include "particles/cell_seeding.hpp"
 #include "particles/seeding.hpp"
 #include "verification/solution.hpp"
 #include "verification/study.hpp"
@@ -16,8 +17,10 @@ template <int D>
 struct Problem {
     Model<D> model;
     std::vector<Seed<D>> seeds;
-    double dt  = 0;  ///< at most, s; steps are equal
-    double end = 0;  ///< s
+    std::vector<CornerPoints<D>> corners;  ///< of the seeds' cells, where they are no parallelepipeds
+    std::function<int(const Vec<D>& normal, const Vec<D>& center)> load;  ///< the traction of a face of the body, or -1
+    double dt  = 0;                                                       ///< at most, s; steps are equal
+    double end = 0;                                                       ///< s
 
     std::shared_ptr<const Solution<D>> solution;    ///< for `measure`
     std::function<bool(const Vec<D>& X)> contains;  ///< whether the body has the material point X

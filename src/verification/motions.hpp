@@ -93,4 +93,33 @@ struct ShearRotation {
     }
 };
 
+/// Turns about the z axis through the middle of the unit box, as a rigid body.
+struct RigidRotation {
+    double frequency;  ///< rad/s
+
+    template <int D, class T>
+    ORDO_FLAT Vec<D, T> operator()(const Vec<D, T>& X, const T& t) const
+    {
+        const T c = cos(frequency * t), s = sin(frequency * t);
+        const T dx = X[0] - 0.5, dy = X[1] - 0.5;
+        Vec<D, T> x = X;
+        x[0]        = dx * c - dy * s + 0.5;
+        x[1]        = dx * s + dy * c + 0.5;
+        return x;
+    }
+};
+
+/// Layers slide along x: u_x = rate t Y. F is the same everywhere, and no force acts inside.
+struct SimpleShear {
+    double rate;  ///< 1/s
+
+    template <int D, class T>
+    ORDO_FLAT Vec<D, T> operator()(const Vec<D, T>& X, const T& t) const
+    {
+        Vec<D, T> x = X;
+        x[0]        = X[0] + rate * t * X[1];
+        return x;
+    }
+};
+
 }  // namespace ordo::verification

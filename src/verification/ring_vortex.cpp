@@ -20,6 +20,13 @@ std::function<bool(const Vec<D>&)> inside(const Tube<D>& tube)
 /// Cells along `length` metres, at least one.
 int cells_along(double length, int per_metre) { return std::max(1, static_cast<int>(std::lround(length * per_metre))); }
 
+template <int D>
+void fill_tube(Problem<D>& p, const Tube<D>& tube, int radial, int angular, int layers)
+{
+    p.seeds   = fill_polar(tube, radial, angular, layers);
+    p.corners = polar_cells(tube, radial, angular, layers);
+}
+
 /// A quarter of a ring between symmetry planes; in 3D of a tube between symmetry planes.
 template <int D>
 Row expand_ring(const Request& r)
@@ -37,9 +44,23 @@ Row expand_ring(const Request& r)
         add_walls(p.model, 2);
         tube.top = cells[2] * p.model.h[2];
     }
-    p.seeds    = fill_polar(tube, cells_along(0.2, n), cells_along(0.8, n), D == 3 ? cells[D - 1] * r.per_axis : 1);
+    fill_tube(p, tube, cells_along(0.2, n), cells_along(0.8, n), D == 3 ? cells[D - 1] * r.per_axis : 1);
     p.contains = inside(tube);
     manufacture(p, RingExpansion{amplitude, inner, outer, kPi * paper_speed(r.values) / (inner + outer)});
+    if (r.values.word("rims") == "loaded") {
+        // The pressure of the exact solution: the stress across a rim, where it meets the x axis.
+        for (const double R : {inner, outer}) {
+            Vec<D> rim{};
+            rim[0] = R;
+            p.model.tractions.push_back({.type = TractionType::pressure, .value = {}});
+            p.model.tractions.back().value[0] =
+                Field([rim, solution = p.solution](const FieldPoint& at) { return -solution->stress(rim, at.t)(0, 0); });
+        }
+        p.load = [](const Vec<D>& normal, const Vec<D>& center) {
+            const double along = (normal[0] * center[0] + normal[1] * center[1]) / std::hypot(center[0], center[1]);
+            return along < -0.5 ? 0 : along > 0.5 ? 1 : -1;
+        };
+    }
     return measure(p);
 }
 
@@ -64,7 +85,7 @@ Row wind_vortex(const Request& r)
         motion.height = tube.top;
         motion.twist  = r.values.number("twist");
     }
-    p.seeds    = fill_polar(tube, cells_along(0.5, n), cells_along(5.625, n), D == 3 ? cells[D - 1] * r.per_axis : 1);
+    fill_tube(p, tube, cells_along(0.5, n), cells_along(5.625, n), D == 3 ? cells[D - 1] * r.per_axis : 1);
     p.contains = inside(tube);
     manufacture(p, motion);
     return measure(p);
@@ -89,7 +110,9 @@ Case ring()
             2,
             {10, 20, 40, 80},
             elastic_parameters(
-                {{"amplitude", 0.1, "largest displacement, of the outer rim, m"}, {"dim", "2", "dimensions", 0, 0, {"2", "3"}}},
+                {{"amplitude", 0.1, "largest displacement, of the outer rim, m"},
+                 {"dim", "2", "dimensions", 0, 0, {"2", "3"}},
+                 {"rims", "free", "whether the pressures of the exact solution act on them", 0, 0, {"free", "loaded"}}},
                 1e7, 0.0, 0.4, 0.02),
             [](const Request& r) { return r.values.word("dim") == "3" ? expand_ring<3>(r) : expand_ring<2>(r); },
             {ring_study(0.1),
@@ -103,7 +126,17 @@ Case ring()
               .set    = {{"dim", "3"}},
               .cells  = {20, 40},
               .bars   = orders_between("displacement", {20, 40}, 1.95, 2.08)},
-             {.method = "cpgimp", .set = {}, .cells = {20, 40}, .bars = orders_at_most("displacement", {20, 40}, 0.5)}}};
+             {.method = "cpgimp", .set = {}, .cells = {20, 40}, .bars = orders_at_most("displacement", {20, 40}, 0.5)},
+             {.method = "cpdi2", .set = {}, .cells = {10, 20, 40}, .bars = orders_between("displacement", {20, 40}, 1.95, 2.08)},
+             // With the pressures of the exact solution on both rims nu = 0.3 converges.
+             {.method = "cpdi2",
+              .set    = {{"nu", 0.3}, {"rims", "loaded"}},
+              .cells  = {10, 20, 40},
+              .bars   = orders_at_least("displacement", {10, 20, 40}, 1.85) + orders_at_least("stress", {10, 20, 40}, 1.75)},
+             {.method = "cpdi2t",
+              .set    = {{"nu", 0.3}, {"rims", "loaded"}},
+              .cells  = {10, 20, 40},
+              .bars   = orders_at_least("displacement", {10, 20, 40}, 1.85)}}};
 }
 
 Case vortex()

@@ -43,15 +43,18 @@ std::string text_of(const Value& value)
 void set_axis(MethodSpec& spec, const std::string& name, const Value& value)
 {
     const std::string choice = text_of(value);
-    if (name == "pic_fraction") {
-        const auto number = parse_number(choice);
-        if (!number || !(*number >= 0 && *number <= 1))
-            throw InputError(fmt::format("--set method.pic_fraction={}: it must be a number from 0 to 1", choice));
-        spec.pic_fraction = *number;
-        return;
-    }
+    for (const Setting& setting : settings)
+        if (setting.name == name) {
+            const auto number = parse_number(choice);
+            if (!number || !(*number >= setting.min && *number <= setting.max))
+                throw InputError(
+                    fmt::format("--set method.{}={}: it must be a number from {} to {}", name, choice, setting.min, setting.max));
+            spec.*setting.value = *number;
+            return;
+        }
     bool found = false;
-    std::vector<std::string> axes{"pic_fraction"};
+    std::vector<std::string> axes;
+    for (const Setting& setting : settings) axes.emplace_back(setting.name);
     for_each_axis([&](auto member) {
         using E = std::decay_t<decltype(spec.*member)>;
         axes.emplace_back(Axis<E>::key);
@@ -162,6 +165,8 @@ Resolved resolve_one(const Case& of, const Study& study)
     }
     for (const auto& [name, value] : r.request.values.entries)
         if (const auto axis = after(name, "method.")) set_axis(r.request.method, std::string(*axis), value);
+    if (const Rule* rule = broken_rule(r.request.method))
+        throw InputError(fmt::format("--method {}: {} is not allowed: {}", study.method, rule->what, rule->why));
 
     const int dim = of.dim_of(r.request.values);
     r.ppc         = study.ppc;

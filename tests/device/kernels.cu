@@ -6,20 +6,43 @@
 #include "method/state.hpp"
 #include "shape/box.hpp"
 #include "shape/corners.hpp"
+#include "shape/dual_domain.hpp"
 #include "shape/point.hpp"
 using namespace ordo;
-template <class S>
+template <class S, class Evolution>
 __global__ void one(Sweep<S::dim> s, TileReport* r)
 {
     int i = blockIdx.x;
     Lanes value{}, flux[S::dim] = {};
     MassMomentum<S::dim>::add(s.p, i, value, flux);
     InternalForce<S::dim>::add(s.p, i, value, flux);
+    ExternalForce<S::dim>::add(s.p, i, value, flux);
     S::spread(s.lattice, s.p, i, s.nodes, value, flux);
+    S::spread_value(s.lattice, s.p, i, s.nodes, value);
+    S::collect(s.lattice, s.p, i, s.nodes, value, flux);
+    S::collect_value(s.lattice, s.p, i, s.nodes, value);
     Mat<S::dim> L{};
     deform(s, i, L, *r);
-    move<S, Rigid<S::dim>>(s, i, Vec<S::dim>{}, *r);
+    place(s, i, Vec<S::dim>{}, *r);
+    Evolution::apply(s, i);
+    measure_reach<S>(s, i, *r);
 }
-template __global__ void one<Point<3, Hat>>(Sweep<3>, TileReport*);
-template __global__ void one<Box<2>>(Sweep<2>, TileReport*);
-template __global__ void one<Parallelepiped<3, Hat>>(Sweep<3>, TileReport*);
+#define ORDO_ONE(S, D, ...) template __global__ void one<S, __VA_ARGS__>(Sweep<D>, TileReport*);
+using PointHat = Point<3, Hat>;
+using PointSpline = Point<3, BSpline<3>>;
+using BoxHat = Box<2, Hat>;
+using BoxSpline = Box<2, BSpline<2>>;
+using EdgesHat = Parallelepiped<3, Hat>;
+using EdgesSpline = Parallelepiped<3, BSpline<2>>;
+using CellHat = Cell<3, Hat, true>;
+using CellSpline = Cell<2, BSpline<3>, false>;
+using DualPoint = DualDomain<2>;
+ORDO_ONE(PointHat, 3, Rigid<3>)
+ORDO_ONE(PointSpline, 3, Rigid<3>)
+ORDO_ONE(BoxHat, 2, StretchedBox<2>)
+ORDO_ONE(BoxSpline, 2, StretchedBox<2>)
+ORDO_ONE(EdgesHat, 3, AffineEdges<3>)
+ORDO_ONE(EdgesSpline, 3, AffineEdges<3>)
+ORDO_ONE(CellHat, 3, OfCorners<CellHat>)
+ORDO_ONE(CellSpline, 2, OfCorners<CellSpline>)
+ORDO_ONE(DualPoint, 2, Rigid<2>)

@@ -114,8 +114,9 @@ TEST(Step, SchemesEqualTheLiteralBar)
 /// Free fall: v = g (t - dt/2), x = g t^2/2 exactly, for leapfrog is exact for constant acceleration.
 TEST(Step, FreeFallIsExact)
 {
-    for (Domain d : test::kDomains) {
-        Model<2> model = test::unit_box<2>(20, d);
+    test::for_each_spec(test::shapes(), [](const MethodSpec& spec) {
+        SCOPED_TRACE(test::describe(spec));
+        Model<2> model = test::unit_box<2>(20, spec);
         model.gravity  = {0.1, -2.0};
         const Explicit<2> method(model);
         State<2> s      = method.start(test::make_particles(model, test::block(model, 0.5, 0.7, 2)));
@@ -126,7 +127,7 @@ TEST(Step, FreeFallIsExact)
             EXPECT_NEAR(s.particles.x[i][1] - s.particles.X[i][1], -0.5 * 2.0 * 0.3 * 0.3, 1e-12);
             EXPECT_NEAR(s.particles.F[i](0, 1), 0, 1e-12);
         }
-    }
+    });
 }
 
 /// A body force given by a field acts as gravity does, and may vary in time.
@@ -153,10 +154,10 @@ TEST(Step, BodyForceField)
 
 /// A body that leaves through one side of a periodic box comes back at the other: the same as one that never crosses.
 template <int D>
-void check_periodic(Domain domain)
+void check_periodic(const MethodSpec& spec)
 {
     auto run = [&](double shift) {
-        Model<D> model = test::unit_box<D>(12, domain);
+        Model<D> model = test::unit_box<D>(12, spec);
         model.periodic = Vec<D, bool>::filled(true);
         const Explicit<D> method(model);
         auto seeds = test::block(model, 0.25, 0.5, 2);
@@ -165,7 +166,7 @@ void check_periodic(Domain domain)
         State<D> s = method.start(test::make_particles(model, seeds));
         for (int i = 0; i < s.particles.count; ++i) {
             Vec<D> X{};
-            for (int a = 0; a < D; ++a) X[a] = seeds[s.particles.id[i]].x[a] - shift;
+            for (int a = 0; a < D; ++a) X[a] = s.particles.x[i][a] - shift;
             for (int a = 0; a < D; ++a)
                 s.particles.v[i][a] = 0.7 + 0.2 * std::sin(2 * std::numbers::pi * (X[a] + X[(a + 1) % D]));
         }
@@ -189,11 +190,42 @@ void check_periodic(Domain domain)
 }
 TEST(Step, PeriodicAxesHaveNoSeam)
 {
-    for (Domain d : test::kDomains) {
-        check_periodic<1>(d);
-        check_periodic<2>(d);
-    }
-    check_periodic<3>(Domain::parallelepiped);
+    test::for_each_spec(test::shapes(), [](const MethodSpec& spec) {
+        check_periodic<1>(spec);
+        check_periodic<2>(spec);
+    });
+    check_periodic<3>(test::shape_spec(Basis::hat, Domain::parallelepiped));
+}
+
+/// A domain that reaches over the seam while no particle is there, on grids whose blocks end at other places.
+template <int D>
+void check_reaching_over_the_seam(const MethodSpec& spec)
+{
+    for (int cells = 8; cells < 16; ++cells)
+        for (double direction : {-1.0, 1.0}) {
+            Model<D> model = test::unit_box<D>(cells, spec);
+            model.periodic = Vec<D, bool>::filled(true);
+            const double h = model.h[0], low = direction < 0 ? 0.25 * h : 1 - 2.25 * h;
+            const Explicit<D> method(model);
+            State<D> s = method.start(test::make_particles(model, test::block(model, low, low + 2 * h, 1)));
+            std::vector<Vec<D>> corners(s.particles.corner.begin(), s.particles.corner.end());
+            for (int i = 0; i < s.particles.count; ++i) s.particles.v[i] = Vec<D>::filled(direction);
+            for (int k = 0; k < 10; ++k) method.step(s, 0.05 * h);
+            for (int i = 0; i < s.particles.count; ++i)
+                for (int a = 0; a < D; ++a) {
+                    EXPECT_NEAR(displacement(model, s.particles, i)[a], direction * 0.5 * h, 1e-13);
+                    EXPECT_NEAR(s.particles.F[i](a, a), 1, 1e-12);
+                }
+            for (std::size_t c = 0; c < corners.size(); ++c)
+                for (int a = 0; a < D; ++a) EXPECT_NEAR(s.particles.corner[c][a], corners[c][a] + direction * 0.5 * h, 1e-13);
+        }
+}
+TEST(Step, DomainsReachOverTheSeam)
+{
+    test::for_each_spec(test::shapes(), [](const MethodSpec& spec) {
+        check_reaching_over_the_seam<1>(spec);
+        check_reaching_over_the_seam<2>(spec);
+    });
 }
 
 /// A wall that moves at constant speed drags the bar's end along: the node there has the wall's velocity.
@@ -262,6 +294,82 @@ TEST(Step, FailuresNameStepTimeAndParticle)
         const std::string message = e.what();
         for (const char* part : {"step ", "t = ", "particle ", "left the grid", "[[boundary]]"})
             EXPECT_NE(message.find(part), std::string::npos) << message;
+    }
+}
+
+/// A cell that folds ends the run, and the message says so.
+TEST(Step, FoldedCellsAreNamed)
+{
+    for (Domain domain : {Domain::cell, Domain::simplex}) {
+        const Model<2> model = test::unit_box<2>(10, domain);
+        const Explicit<2> method(model);
+        State<2> s = method.start(test::make_particles(model, test::block(model, 0.4, 0.6, 2)));
+        s.particles.corner[s.particles.cell[3][0]] += Vec<2>{0.06, 0.06};
+        try {
+            method.step(s, 1e-4);
+            FAIL() << "a folded cell went on";
+        } catch (const NumericalError& e) {
+            for (const char* part : {"step 1", "particle ", "turned over or folded"})
+                EXPECT_NE(std::string(e.what()).find(part), std::string::npos) << e.what();
+        }
+        auto folded = test::make_particles(model, test::block(model, 0.4, 0.6, 2));
+        folded.corner[folded.cell[3][0]] += Vec<2>{0.06, 0.06};
+        EXPECT_THROW(static_cast<void>(method.start(std::move(folded))), InputError);
+    }
+}
+
+/// Cells that have grown wider than the passes hold end the run; from the start they are refused.
+TEST(Step, CellsTooWideAreNamed)
+{
+    const Model<1> model = test::unit_box<1>(100, Domain::cell);
+    const Explicit<1> method(model);
+    State<1> s = method.start(test::make_particles(model, std::vector{Seed<1>{{0.5}, 0.58, Mat<1>{{{0.29}}}}}));
+    s.particles.corner[0][0] -= 0.2;
+    s.particles.corner[1][0] += 0.2;
+    test::follow(model, s);
+    try {
+        method.step(s, 1e-4);
+        FAIL() << "a cell of 98 grid cells went on";
+    } catch (const NumericalError& e) {
+        EXPECT_NE(std::string(e.what()).find("wider than the grid pass can hold"), std::string::npos) << e.what();
+    }
+    EXPECT_THROW(static_cast<void>(method.start(test::make_particles(model, std::vector{Seed<1>{{0.5}, 0.8, Mat<1>{{{0.4}}}}}))),
+                 InputError);
+}
+
+/// Stretched without end, limited parallelepipeds stay within the limit, where others end the run.
+TEST(Step, StretchLimitHolds)
+{
+    for (double limit : {0.0, 2.0, 30.0}) {
+        Model<1> model             = test::unit_box<1>(100, Domain::parallelepiped);
+        model.method.stretch_limit = limit;
+        const Explicit<1> method(model);
+        State<1> s             = method.start(test::make_particles(model, std::vector{Seed<1>{{0.5}, 0.02, Mat<1>{{{0.01}}}}}));
+        s.particles.F[0](0, 0) = 40;
+        const auto step        = [&] { method.step(s, 1e-9); };
+        if (limit > 0) {
+            EXPECT_NO_THROW(step());
+            EXPECT_NEAR(s.reach, limit, 1e-12);
+        } else {
+            EXPECT_THROW(step(), NumericalError);
+        }
+    }
+}
+
+/// Particles of cells start where they are drawn: nothing has moved, also where the mean of the corners is not the centroid.
+TEST(Step, CellsStartWithoutDisplacement)
+{
+    for (CornerWeights weights : {CornerWeights::exact, CornerWeights::mean}) {
+        const Model<2> model = test::unit_box<2>(10, test::shape_spec(Basis::hat, Domain::cell, weights));
+        Particles<2> p       = test::make_particles(model, test::block(model, 0.4, 0.6, 1));
+        for (Vec<2>& c : p.corner) c[0] += 0.3 * c[0] * c[1];
+        for (int i = 0; i < p.count; ++i) {
+            Vec<2> x[4];
+            get_corners(p.cell[i], p.corner.data(), x);
+            p.x[i] = centroid<2>(exact_weights<2>(x, false), x);
+        }
+        const State<2> s = Explicit<2>(model).start(std::move(p));
+        for (int i = 0; i < s.particles.count; ++i) EXPECT_LT(norm(displacement(model, s.particles, i)), 1e-15);
     }
 }
 

@@ -3,9 +3,6 @@
 #include "kernels/nodes.hpp"
 #include "kernels/scatter.hpp"
 #include "method/layout.hpp"
-#include "shape/box.hpp"
-#include "shape/corners.hpp"
-#include "shape/point.hpp"
 #include "support/particles.hpp"
 
 #include <gtest/gtest.h>
@@ -17,16 +14,11 @@ namespace {
 
 using test::Random;
 
-/// f(node, w, dw) for particle i of any domain: the weights' definition.
+/// f(node, w, dw) for particle i of any shape: the weights' definition.
 template <int D, class F>
-void visit(Domain domain, const Lattice<D>& g, const ParticleView<D>& p, int i, F&& f)
+void visit(const MethodSpec& spec, const State<D>& s, const ParticleView<D>& p, int i, F&& f)
 {
-    switch (domain) {
-    case Domain::point: Point<D, Hat>::for_each_node(g, p, i, f); break;
-    case Domain::box:
-    case Domain::stretched_box: Box<D>::for_each_node(g, p, i, f); break;
-    case Domain::parallelepiped: Parallelepiped<D, Hat>::for_each_node(g, p, i, f); break;
-    }
+    test::with_shape<D>(spec, [&](auto shape) { decltype(shape)::type::for_each_node(s.lattice, p, i, s.nodes.data(), f); });
 }
 
 template <int D>
@@ -36,36 +28,42 @@ struct Fixture {
     State<D> s;
     Passes<D> passes;
 
-    explicit Fixture(Domain domain, double deformation = 0.3)
-        : method(test::unit_box<D>(D == 3 ? 12 : 20, domain)),
+    explicit Fixture(const MethodSpec& spec, double deformation = 0.3)
+        : method(test::unit_box<D>(D == 3 ? 12 : 20, spec)),
           s(test::random_state(method, 400, random, deformation)),
-          passes(choose_passes<D>(method.model().method, false))
+          passes(choose_passes<D>(spec))
     {
         sort_particles(method.model(), s);
     }
     Sweep<D> sweep(double dt = 0)
     {
-        return {s.lattice, s.particles.view(), s.nodes.data(), method.model().materials.data(), dt, 0.0};
+        return {s.lattice, s.particles.view(), s.nodes.data(), method.model().materials.data(), dt, 0.0, 0.0};
     }
     void scatter_all(typename Passes<D>::Scatter pass)
     {
         clear(s.nodes.data(), s.tiles);
+        scatter_more(pass);
+    }
+    void scatter_more(typename Passes<D>::Scatter pass)
+    {
         const Sweep<D> view = sweep();
         s.tiles.for_each_by_colour([&](const Tile& t) { pass(view, t.begin, t.end); });
     }
 };
 
 template <int D>
-void check_scatter(Domain domain, double deformation)
+void check_scatter(const MethodSpec& spec, double deformation)
 {
-    Fixture<D> f(domain, deformation);
-    f.scatter_all(f.passes.project_and_force);
+    Fixture<D> f(spec, deformation);
+    f.scatter_all(f.passes.project);
+    f.scatter_more(f.passes.force);
     const ParticleView<D> p = f.s.particles.view();
     Array<Lanes> naive(f.s.lattice.node_count());
     for (int i = 0; i < p.count; ++i)
-        visit<D>(domain, f.s.lattice, p, i, [&](std::ptrdiff_t node, double w, const Vec<D>& dw) {
+        visit<D>(spec, f.s, p, i, [&](std::ptrdiff_t node, double w, const Vec<D>& dw) {
             const Vec<D> force = -p.V[i] * (p.sigma[i] * dw);
             naive[node][NodeLane::mass] += w * p.m[i];
+            naive[node][NodeLane::volume] += w * p.V[i];
             for (int a = 0; a < D; ++a) {
                 naive[node][NodeLane::velocity + a] += w * p.m[i] * p.v[i][a];
                 naive[node][NodeLane::increment + a] += force[a];
@@ -82,18 +80,19 @@ void check_scatter(Domain domain, double deformation)
 
 TEST(Scatter, EqualsTheNaiveLoop)
 {
-    for (Domain d : test::kDomains) {
-        check_scatter<1>(d, 0.3);
-        check_scatter<2>(d, 0.3);
-        check_scatter<3>(d, 0.3);
-    }
+    test::for_each_spec(test::shapes(), [](const MethodSpec& spec) {
+        check_scatter<1>(spec, 0.3);
+        check_scatter<2>(spec, 0.3);
+        check_scatter<3>(spec, 0.3);
+    });
 }
 
 /// Domains several cells wide get wider tiles, and the sums stay right.
 TEST(Scatter, WideDomains)
 {
     for (Domain d : {Domain::stretched_box, Domain::parallelepiped}) {
-        Fixture<2> f(d, 0.3);
+        const MethodSpec spec = test::shape_spec(Basis::hat, d);
+        Fixture<2> f(spec, 0.3);
         for (int i = 0; i < f.s.particles.count; i += 50) {
             if (d == Domain::parallelepiped)
                 f.s.particles.edges[i] *= 9.0;
@@ -102,7 +101,7 @@ TEST(Scatter, WideDomains)
         }
         f.s.reach = 0;
         for (int i = 0; i < f.s.particles.count; ++i)
-            f.s.reach = std::max(f.s.reach, reach_of<2>(f.method.model().method, f.s.lattice, f.s.particles.view(), i).cells);
+            f.s.reach = std::max(f.s.reach, f.passes.reach(f.s.lattice, f.s.particles.view(), i));
         ASSERT_GT(f.s.reach, 2.0);
         EXPECT_FALSE(is_sorted_enough(f.s));
         sort_particles(f.method.model(), f.s);
@@ -111,7 +110,7 @@ TEST(Scatter, WideDomains)
         const ParticleView<2> p = f.s.particles.view();
         Array<Lanes> naive(f.s.lattice.node_count());
         for (int i = 0; i < p.count; ++i)
-            visit<2>(d, f.s.lattice, p, i,
+            visit<2>(spec, f.s, p, i,
                      [&](std::ptrdiff_t node, double w, const Vec<2>&) { naive[node][NodeLane::mass] += w * p.m[i]; });
         for (std::size_t n = 0; n < naive.size(); ++n) ASSERT_NEAR(f.s.nodes[n][NodeLane::mass], naive[n][NodeLane::mass], 1e-12);
     }
@@ -119,23 +118,24 @@ TEST(Scatter, WideDomains)
 
 TEST(Scatter, SeparatePassesEqualTheFusedOne)
 {
-    for (Domain d : test::kDomains) {
-        Fixture<2> f(d);
+    test::for_each_spec(test::shapes(), [](const MethodSpec& spec) {
+        Fixture<2> f(spec);
+        if (!f.passes.project_and_force) return;
         f.scatter_all(f.passes.project_and_force);
         std::vector<Lanes> fused(f.s.nodes.begin(), f.s.nodes.end());
         f.scatter_all(f.passes.project);
-        const Sweep<2> view = f.sweep();
-        f.s.tiles.for_each_by_colour([&](const Tile& t) { f.passes.force(view, t.begin, t.end); });
+        f.scatter_more(f.passes.force);
         for (std::size_t n = 0; n < fused.size(); ++n)
             for (int k = 0; k < NodeLane::end; ++k) ASSERT_NEAR(f.s.nodes[n][k], fused[n][k], 1e-11);
-    }
+    });
 }
 
 TEST(Scatter, ForcesSumToZero)
 {
-    for (Domain d : test::kDomains) {
-        Fixture<3> f(d);
-        f.scatter_all(f.passes.force);
+    test::for_each_spec(test::shapes(), [](const MethodSpec& spec) {
+        Fixture<3> f(spec);
+        f.scatter_all(f.passes.project);
+        f.scatter_more(f.passes.force);
         Vec<3> sum{};
         double size = 0;
         for (const Lanes& n : f.s.nodes)
@@ -144,23 +144,25 @@ TEST(Scatter, ForcesSumToZero)
                 size += std::fabs(n[NodeLane::increment + a]);
             }
         for (int a = 0; a < 3; ++a) EXPECT_NEAR(sum[a], 0, 1e-13 * size);
-    }
+    });
 }
 
 template <int D>
-void check_gather(Domain domain)
+void check_gather(const MethodSpec& spec)
 {
-    Fixture<D> f(domain);
-    for (Lanes& n : f.s.nodes)
+    Fixture<D> f(spec);
+    for (Lanes& n : f.s.nodes) {
         for (int k = 0; k < NodeLane::end; ++k) n[k] = test::uniform(f.random, -1, 1);
+        n[NodeLane::mass] += 1.5;
+    }
     const double dt         = 0.003;
     const ParticleView<D> p = f.s.particles.view();
-    std::vector<Vec<D>> x, v;
+    std::vector<Vec<D>> x, v, corners;
     std::vector<Mat<D>> F;
     for (int i = 0; i < p.count; ++i) {
         Vec<D> xi = p.x[i], vi = p.v[i];
         Mat<D> L{};
-        visit<D>(domain, f.s.lattice, p, i, [&](std::ptrdiff_t node, double w, const Vec<D>& dw) {
+        visit<D>(spec, f.s, p, i, [&](std::ptrdiff_t node, double w, const Vec<D>& dw) {
             Vec<D> nv{}, ndv{};
             for (int a = 0; a < D; ++a) {
                 nv[a]  = f.s.nodes[node][NodeLane::velocity + a];
@@ -174,12 +176,40 @@ void check_gather(Domain domain)
         v.push_back(vi);
         F.push_back((Mat<D>::identity() + dt * L) * p.F[i]);
     }
+    // A corner moves as a point does.
+    Particles<D> point(1, {});
+    for (const Vec<D>& corner : f.s.particles.corner) {
+        Vec<D> at     = corner;
+        point.x[0]    = corner;
+        MethodSpec of = spec;
+        of.domain     = Domain::point;
+        visit<D>(of, f.s, point.view(), 0, [&](std::ptrdiff_t node, double w, const Vec<D>&) {
+            for (int a = 0; a < D; ++a) at[a] += dt * w * f.s.nodes[node][NodeLane::velocity + a];
+        });
+        corners.push_back(at);
+    }
     const Sweep<D> view = f.sweep(dt);
-    std::vector<TileReport> reports(f.s.tiles.tiles().size());
-    f.s.tiles.for_each([&](std::ptrdiff_t k, const Tile& t) { f.passes.update_all(view, t.begin, t.end, reports[k]); });
+    TileReport report;
+    f.passes.update_all(view, 0, p.count, report);
+    if (has_cells(spec)) {
+        f.passes.move_corners(view, 0, static_cast<std::ptrdiff_t>(corners.size()));
+        f.passes.follow_corners(view, 0, p.count, report);
+    }
+    EXPECT_EQ(report.fault, Fault::none);
+    for (std::size_t c = 0; c < corners.size(); ++c)
+        for (int a = 0; a < D; ++a) EXPECT_NEAR(p.corner[c][a], corners[c][a], 1e-14);
     const NeoHookean law{f.method.model().materials[0].lambda, f.method.model().materials[0].mu};
     for (int i = 0; i < p.count; ++i) {
-        EXPECT_NEAR(p.V[i], det(F[i]) * p.V0[i], 1e-12);
+        if (has_cells(spec)) {
+            Vec<D> at[1 << D];
+            get_corners(p.cell[i], p.corner, at);
+            const bool is_exact    = spec.weights == CornerWeights::exact;
+            const CellWeights<D> k = (is_exact ? exact_weights<D> : mean_weights<D>)(at, p.cell[i].is_simplex());
+            EXPECT_NEAR(p.V[i], k.V, 1e-15);
+            x[i] = centroid<D>(k, at);
+        } else {
+            EXPECT_NEAR(p.V[i], det(F[i]) * p.V0[i], 1e-12);
+        }
         const Mat<D> sigma = law.cauchy(F[i]);
         for (int a = 0; a < D; ++a) {
             EXPECT_NEAR(p.x[i][a], x[i][a], 1e-14);
@@ -191,7 +221,7 @@ void check_gather(Domain domain)
                     EXPECT_NEAR(p.edges[i](a, b), (F[i] * p.edges0[i])(a, b), 1e-13);
                 }
             }
-            if (domain == Domain::stretched_box) {
+            if (spec.domain == Domain::stretched_box) {
                 EXPECT_NEAR(p.half[i][a], F[i](a, a) * p.half0[i][a], 1e-14);
             }
         }
@@ -200,16 +230,16 @@ void check_gather(Domain domain)
 
 TEST(Gather, EqualsTheNaiveLoop)
 {
-    for (Domain d : test::kDomains) {
-        check_gather<1>(d);
-        check_gather<2>(d);
-        check_gather<3>(d);
-    }
+    test::for_each_spec(test::shapes(), [](const MethodSpec& spec) {
+        check_gather<1>(spec);
+        check_gather<2>(spec);
+        check_gather<3>(spec);
+    });
 }
 
 TEST(Gather, PicFractionBlends)
 {
-    Fixture<2> f(Domain::point);
+    Fixture<2> f(MethodSpec{});
     for (Lanes& n : f.s.nodes) n = make_lanes(2, 3, 0, 1, 0.5, -0.5, 0, 0);
     const ParticleView<2> p = f.s.particles.view();
     std::vector<Vec<2>> before(p.v, p.v + p.count);
@@ -227,7 +257,7 @@ TEST(Gather, PicFractionBlends)
 TEST(Gather, FaultsAreReported)
 {
     auto report_of = [](auto&& spoil) {
-        Fixture<2> f(Domain::parallelepiped, 0.0);
+        Fixture<2> f(test::shape_spec(Basis::hat, Domain::parallelepiped), 0.0);
         for (Lanes& n : f.s.nodes) n = Lanes{};
         spoil(f);
         TileReport report;
@@ -252,7 +282,7 @@ TEST(Gather, FaultsAreReported)
 /// A box stretched by F_aa <= 0 has turned over: no length, no weights that mean anything.
 TEST(Gather, TurnedBoxesAreReported)
 {
-    Fixture<2> f(Domain::stretched_box, 0.0);
+    Fixture<2> f(test::shape_spec(Basis::hat, Domain::stretched_box), 0.0);
     for (Lanes& n : f.s.nodes) n = Lanes{};
     f.s.particles.F[4] = Mat<2>{{{-0.5, 1}, {-1, -0.5}}};  // J > 0
     TileReport report;
@@ -263,40 +293,48 @@ TEST(Gather, TurnedBoxesAreReported)
 
 /// The same bytes for 1, 2, 3 and 8 threads, after several whole steps.
 template <int D>
-void check_threads(Domain domain, Scheme scheme)
+void check_threads(const MethodSpec& spec)
 {
     auto run = [&](int threads) {
         set_thread_count(threads);
         Random random(3);
-        Model<D> model      = test::unit_box<D>(D == 3 ? 12 : 40, domain);  // enough particles for threads to start
-        model.method.scheme = scheme;
-        const Explicit<D> method(std::move(model));
+        const Explicit<D> method(test::unit_box<D>(D == 3 ? 12 : 32, spec));  // enough particles for threads to start
         State<D> s = method.start(test::make_particles(method.model(), test::block(method.model(), 0.25, 0.75, 2)));
         for (int i = 0; i < s.particles.count; ++i)
             for (int a = 0; a < D; ++a) s.particles.v[i][a] = 2 + test::uniform(random, -0.1, 0.1);
-        for (int k = 0; k < 10; ++k) method.step(s, 0.3 * courant_time_step(method.model(), s.particles));
+        for (int k = 0; k < 5; ++k) method.step(s, 0.2 * courant_time_step(method.model(), s.particles));
         return s;
     };
     const int before       = thread_count();
     const State<D> one     = run(1);
     const Particles<D>& p1 = one.particles;
+    auto is_same = [](const auto& f, const auto& g) { return std::memcmp(f.data(), g.data(), sizeof(f[0]) * f.size()) == 0; };
     for (int threads : {2, 3, 8}) {
         const State<D> many    = run(threads);
         const Particles<D>& pn = many.particles;
-        EXPECT_EQ(std::memcmp(p1.x.data(), pn.x.data(), sizeof(Vec<D>) * p1.x.size()), 0);
-        EXPECT_EQ(std::memcmp(p1.v.data(), pn.v.data(), sizeof(Vec<D>) * p1.v.size()), 0);
-        EXPECT_EQ(std::memcmp(p1.sigma.data(), pn.sigma.data(), sizeof(Mat<D>) * p1.sigma.size()), 0);
+        EXPECT_TRUE(is_same(p1.x, pn.x));
+        EXPECT_TRUE(is_same(p1.v, pn.v));
+        EXPECT_TRUE(is_same(p1.sigma, pn.sigma));
+        EXPECT_TRUE(p1.corner.empty() || is_same(p1.corner, pn.corner));
     }
     set_thread_count(before);
 }
 TEST(Threads, StepsAreIdenticalBitForBit)
 {
-    for (Domain d : test::kDomains) {
-        check_threads<2>(d, Scheme::usl);
-        check_threads<3>(d, Scheme::usl);
+    std::vector<MethodSpec> specs = test::shapes();
+    for (const MethodSpec& spec : test::shapes()) {
+        if (spec.domain != Domain::point && spec.domain != Domain::cell) continue;
+        specs.push_back(spec);
+        specs.back().mass       = MassMatrix::consistent;
+        specs.back().lump_below = 0.2;
     }
-    check_threads<2>(Domain::parallelepiped, Scheme::usf);
-    check_threads<2>(Domain::parallelepiped, Scheme::musl);
+    for (Scheme scheme : {Scheme::usf, Scheme::musl}) {
+        specs.push_back(test::shape_spec(Basis::hat, Domain::parallelepiped));
+        specs.back().scheme = scheme;
+    }
+    test::for_each_spec(specs, check_threads<2>);
+    for (Domain d : {Domain::point, Domain::stretched_box, Domain::parallelepiped, Domain::cell})
+        check_threads<3>(test::shape_spec(Basis::hat, d));
 }
 
 }  // namespace

@@ -34,6 +34,10 @@ def boundary(text):
     return "[[boundary]]\n" + text
 
 
+def traction(body, face="face = 'all'", value="value = 1"):
+    return f"[[traction]]\n{body}\n{face}\n{value}\n"
+
+
 def wall(face, kind):
     return f'[[boundary]]\nface = "{face}"\ntype = "{kind}"\n'
 
@@ -131,6 +135,24 @@ CASE_FAULTS = [
     ("one angle", [ring("inner_radius = 0.1\nangle = @[90]\n")], "body[0].angle", "[first, last]"),
     ("upper below lower", [body("shape = 'box'\nlower = [0.2, 0.6]\nupper = @[0.8, 0.4]\n")], "body[0].upper", "must be larger than lower"),
     ("body outside the grid", [('shape = "ball"', 'shape = @"ball"'), ("center = 0.5", "center = [0.9, 0.5]")], "body[0].shape", "lies outside the grid"),
+    # methods whose choices do not go together
+    ("ddmpm with boxes", ["[method]\nbasis = 'ddmpm'\ndomain = @'box'\n"], "method.domain", "use basis hat"),
+    ("weights of corners without cells", ["[method]\ncell_weights = @'mean'\n"], "method.cell_weights", "no cells"),
+    ("stretch limit of points", ["[method]\npreset = 'mpm'\nstretch_limit = @2.0\n"], "method.stretch_limit", "do not stretch"),
+    ("splines and a plane inside the grid", ["[method]\npreset = 'bsmpm'\n", wall("x-min", "fixed") + "at = @0.1\n"], "boundary[0].at", "let the grid end there"),
+    # tractions
+    ("traction without a body", [traction("body = @'bodi 0'")], "traction[0].body", 'Did you mean "body 0"?'),
+    ("traction without a face", ["@[[traction]]\nbody = 'body 0'\nvalue = 1\n"], "traction[0].face", "is missing"),
+    ("traction on a face of 3D", [traction("body = 'body 0'", "face = @'z-max'")], "traction[0].face", "does not exist in 2D"),
+    ("unknown face of a body", [traction("body = 'body 0'", "face = @'left'")], "traction[0].face", "x-min"),
+    ("traction with one component", [traction("body = 'body 0'", value="type = 'traction'\nvalue = @1")], "traction[0].value", "takes 2 values"),
+    ("pressure with two components", [traction("body = 'body 0'", value="value = @[1, 2]")], "traction[0].value", "takes 1 value"),
+    ("traction that is no number", [traction("body = 'body 0'", value="value = @'log(-1)'")], "traction[0].value", "must give a number"),
+    ("inner face of a solid ball", [traction("body = 'body 0'", "face = @'inner'")], "traction[0].face", "no face that looks to inner"),
+    ("inner faces of a box", [body("shape = 'box'\nlower = 0.2\nupper = 0.4\n"), traction("body = 'body 0'", "face = @'inner'")], "traction[0].face", "x-min"),
+    ("bodies of one name", ['[[body]]\nname = @"body 0"\nmaterial = "rubber"\nshape = "ball"\ncenter = 0.2\nradius = 0.1\n'], "body[1].name", "names must differ"),
+    # meshes
+    ("mesh without a file", [("[[body]]", "@[[body]]"), body("shape = 'mesh'\n")], "body[0].file", "is missing"),
     ("body beyond a plane", [('shape = "ball"', 'shape = @"ball"'), wall("x-min", "fixed") + "at = 0.5\n"], "body[0].shape", "lies beyond the boundary at x = 0.5"),
     ("overlapping bodies", [SECOND_BODY], "body[1].shape", "move them apart"),
     ("body that overlaps itself", [body("shape = @'box'\nlower = [-0.5, 0.25]\nupper = [1.5, 0.75]\n"), wall("x-min", "periodic")], "body[0].shape", "overlaps"),

@@ -1,11 +1,22 @@
-// Random and regular particles for the tests of shapes and passes.
+// Methods, random and regular particles for the tests of shapes and passes.
 #pragma once
 
 #include "method/explicit.hpp"
+#include "particles/cell_seeding.hpp"
 #include "particles/seeding.hpp"
+#include "shape/box.hpp"
+#include "shape/cell_planting.hpp"
+#include "shape/corners.hpp"
+#include "shape/dual_domain.hpp"
+#include "shape/point.hpp"
+
+#include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
+#include <string>
+#include <type_traits>
+#include <vector>
 
 namespace ordo::test {
 
@@ -29,23 +40,122 @@ Mat<D> random_deformation(Random& random, double size)
     }
 }
 
-/// A unit box of `cells` cells a side with one neo-Hookean material, and the chosen domain.
+/// Every combination of the axes, allowed or not: from the tables, so that a new choice is among them.
+inline std::vector<MethodSpec> all_specs()
+{
+    std::vector<MethodSpec> specs(1);
+    for_each_axis([&](auto axis) {
+        std::vector<MethodSpec> more;
+        for (const MethodSpec& s : specs)
+            for (const auto& choice : Axis<std::decay_t<decltype(s.*axis)>>::choices) {
+                more.push_back(s);
+                more.back().*axis = choice.value;
+            }
+        specs = std::move(more);
+    });
+    return specs;
+}
+
+inline MethodSpec shape_spec(Basis basis, Domain domain, CornerWeights weights = CornerWeights::exact)
+{
+    MethodSpec s;
+    s.basis   = basis;
+    s.domain  = domain;
+    s.weights = weights;
+    return s;
+}
+
+/// The allowed shapes: basis, domain and corner weights, the other axes as they are by default.
+inline std::vector<MethodSpec> shapes()
+{
+    std::vector<MethodSpec> r;
+    for (const MethodSpec& s : all_specs())
+        if (s == shape_spec(s.basis, s.domain, s.weights) && !broken_rule(s)) r.push_back(s);
+    return r;
+}
+
+/// The choices that differ from the default, for messages.
+inline std::string describe(const MethodSpec& s)
+{
+    std::string r;
+    const MethodSpec usual;
+    for_each_axis([&](auto axis) {
+        if (s.*axis != usual.*axis) r += (r.empty() ? "" : ", ") + std::string(name_of(s.*axis));
+    });
+    return r.empty() ? "defaults" : r;
+}
+
+/// f(spec) for each of them; failures and errors name it.
+template <class F>
+void for_each_spec(const std::vector<MethodSpec>& specs, F&& f)
+{
+    for (const MethodSpec& s : specs) {
+        SCOPED_TRACE(describe(s));
+        EXPECT_NO_THROW(f(s));
+    }
+}
+
+template <class S>
+struct ShapeType {
+    using type = S;
+};
+
+/// f(ShapeType<S>) for the shape of a domain on a basis.
+template <int D, class Basis, class F>
+void with_domain(const MethodSpec& s, F&& f)
+{
+    switch (s.domain) {
+    case Domain::point: return f(ShapeType<Point<D, Basis>>{});
+    case Domain::box:
+    case Domain::stretched_box: return f(ShapeType<Box<D, Basis>>{});
+    case Domain::parallelepiped: return f(ShapeType<Parallelepiped<D, Basis>>{});
+    case Domain::cell:
+    case Domain::simplex:
+        return s.weights == CornerWeights::exact ? f(ShapeType<Cell<D, Basis, true>>{}) : f(ShapeType<Cell<D, Basis, false>>{});
+    }
+}
+
+/// f(ShapeType<S>) for the shape of a method.
+template <int D, class F>
+void with_shape(const MethodSpec& s, F&& f)
+{
+    switch (s.basis) {
+    case Basis::hat: return with_domain<D, Hat>(s, f);
+    case Basis::bspline2: return with_domain<D, BSpline<2>>(s, f);
+    case Basis::bspline3: return with_domain<D, BSpline<3>>(s, f);
+    case Basis::ddmpm: return f(ShapeType<DualDomain<D>>{});
+    }
+}
+
+/// A unit box of `cells` cells a side with one neo-Hookean material, and the chosen method.
 template <int D>
-Model<D> unit_box(int cells, Domain domain)
+Model<D> unit_box(int cells, const MethodSpec& method)
 {
     Model<D> model{};
-    model.method.domain = domain;
-    model.h             = Vec<D>::filled(1.0 / cells);
-    model.cells         = Index<D>::filled(cells);
-    model.materials     = {{MaterialModel::neo_hookean, 1000.0, 577.0, 385.0}};
+    model.method    = method;
+    model.h         = Vec<D>::filled(1.0 / cells);
+    model.cells     = Index<D>::filled(cells);
+    model.materials = {{MaterialModel::neo_hookean, 1000.0, 577.0, 385.0}};
     model.body_forces.resize(1);
     return model;
 }
+template <int D>
+Model<D> unit_box(int cells, Domain domain)
+{
+    return unit_box<D>(cells, shape_spec(Basis::hat, domain));
+}
 
-/// Particles from seeds, with initial domains as the model's method wants them.
+/// Particles from seeds, with initial domains as the model's method wants them. Simplices are more than the seeds.
 template <int D>
 Particles<D> make_particles(const Model<D>& model, const std::vector<Seed<D>>& seeds)
 {
+    if (has_cells(model.method)) {
+        CellMesh<D> mesh = weld(corner_points(seeds));
+        if (model.method.domain == Domain::simplex) mesh = split(mesh);
+        Particles<D> p(static_cast<int>(mesh.cells.size()), field_groups(model));
+        plant_cells(p, 0, mesh, model.materials[0].density);
+        return p;
+    }
     Particles<D> p(static_cast<int>(seeds.size()), field_groups(model));
     for (int i = 0; i < p.count; ++i) plant(p, i, seeds[i], model.materials[0].density);
     return p;
@@ -59,7 +169,21 @@ std::vector<Seed<D>> block(const Model<D>& model, double low, double high, int p
                     SubCells<D>{model.origin, model.h, Index<D>::filled(per_axis)});
 }
 
-/// A state of `count` particles at random places with random velocities, stresses and deformed domains, sorted.
+/// Domains follow F or their corners, which have changed; the reach is measured.
+template <int D>
+void follow(const Model<D>& model, State<D>& s)
+{
+    const Passes<D> passes  = choose_passes<D>(model.method);
+    const ParticleView<D> p = s.particles.view();
+    const Sweep<D> view{s.lattice, p, nullptr, model.materials.data(), 0.0, 0.0, model.method.stretch_limit};
+    s.reach = 0;
+    for (int i = 0; i < p.count; ++i) {
+        passes.evolve(view, i);
+        s.reach = std::max(s.reach, passes.reach(s.lattice, p, i));
+    }
+}
+
+/// A state of particles from `count` seeds at random places with random velocities, stresses and deformed domains, sorted.
 template <int D>
 State<D> random_state(const Explicit<D>& method, int count, Random& random, double deformation = 0.3)
 {
@@ -76,7 +200,8 @@ State<D> random_state(const Explicit<D>& method, int count, Random& random, doub
     }
     State<D> s      = method.start(make_particles(model, seeds));
     Particles<D>& p = s.particles;
-    s.reach         = 0;
+    for (Vec<D>& corner : p.corner)  // corners are h/2 apart
+        for (int a = 0; a < D; ++a) corner[a] += uniform(random, -0.2, 0.2) * deformation * model.h[a];
     for (int i = 0; i < p.count; ++i) {
         p.F[i] = random_deformation<D>(random, deformation);
         p.V[i] = det(p.F[i]) * p.V0[i];
@@ -84,14 +209,9 @@ State<D> random_state(const Explicit<D>& method, int count, Random& random, doub
             p.v[i][a] = uniform(random, -1, 1);
             for (int b = a; b < D; ++b) p.sigma[i](a, b) = p.sigma[i](b, a) = uniform(random, -100, 100);
         }
-        if (!p.edges.empty()) p.edges[i] = p.F[i] * p.edges0[i];
-        if (!p.half.empty())
-            for (int a = 0; a < D; ++a) p.half[i][a] = p.F[i](a, a) * p.half0[i][a];
-        s.reach = std::max(s.reach, reach_of<D>(model.method, s.lattice, p.view(), i).cells);
     }
+    follow(model, s);
     return s;
 }
-
-inline constexpr Domain kDomains[] = {Domain::point, Domain::box, Domain::stretched_box, Domain::parallelepiped};
 
 }  // namespace ordo::test

@@ -26,10 +26,11 @@ TEST(Sort, OrderIsStableAndSorted)
 
 TEST(Tiles, WidthKeepsTilesOfOneColourApart)
 {
-    for (int halo = 1; halo < 40; ++halo) {
-        const int w = Tiles<1>::width_for(halo);
-        EXPECT_LT(w + halo + 1, 2 * w - halo);
-    }
+    for (int degree : {1, 2, 3})
+        for (int halo = 1; halo < 40; ++halo) {
+            const int w = Tiles<1>::width_for(halo, degree);
+            EXPECT_LT(w + halo + degree, 2 * w - halo);
+        }
 }
 
 /// The nodes that tiles of one colour may write to never meet; every such node belongs to an active block.
@@ -134,6 +135,37 @@ TEST(Boundary, PlanesActFromTheirNodeOutwards)
             EXPECT_EQ(nodes[static_cast<std::size_t>(k)][NodeLane::velocity], held ? 0.0 : 1.0) << c.at << " node " << k - 2;
             EXPECT_EQ(nodes[static_cast<std::size_t>(k)][NodeLane::increment], held ? 0.0 : 1.0);
         }
+    }
+}
+
+/// Splines: a face holds the end coefficient alone, a plane inside those from the first Greville point beyond it.
+TEST(Boundary, PlanesActFromTheirGrevillePoint)
+{
+    struct Case {
+        int degree;
+        double at;
+        bool outer_is_above;
+        int first_held, last_held;  ///< functions, without margin
+    };
+    // Greville points of 10 cells, in cells: 0, 0.5, 1.5, .., 9.5, 10 and 0, 1/3, 1, 2, .., 9, 9 2/3, 10.
+    for (const Case& c : {Case{2, 0.0, false, -2, 0}, Case{2, 1.0, true, 11, 13}, Case{2, 0.3, false, -2, 3},
+                          Case{2, 0.7, true, 8, 13}, Case{2, 0.65, true, 7, 13}, Case{3, 0.0, false, -2, 0},
+                          Case{3, 1.0, true, 12, 14}, Case{3, 0.3, false, -2, 4}, Case{3, 0.65, true, 8, 14}}) {
+        const Lattice<1> lattice(Vec<1>{}, Vec<1>{0.1}, {10}, {}, 2, {.degree = c.degree});
+        Tiles<1> tiles(lattice, 1);
+        std::vector<std::uint64_t> keys;
+        for (int k = 2; k < 12; ++k) keys.push_back(tiles.key({k}));
+        tiles.assign(keys);
+        std::vector<Boundary<1>> boundaries(1);
+        boundaries[0].at             = c.at;
+        boundaries[0].outer_is_above = c.outer_is_above;
+        std::set<int> held;
+        Constraints<1>(boundaries, lattice, tiles).for_each([&](std::ptrdiff_t node, int, bool) {
+            held.insert(static_cast<int>(node) - 2);
+        });
+        std::set<int> expected;
+        for (int k = c.first_held; k <= c.last_held; ++k) expected.insert(k);
+        EXPECT_EQ(held, expected) << "degree " << c.degree << " at " << c.at;
     }
 }
 

@@ -1,0 +1,46 @@
+// The consistent mass matrix M_ij = sum_p m_p phi_ip phi_jp, never formed: its product is a gather and a scatter.
+#pragma once
+
+#include "method/passes.hpp"
+#include "method/state.hpp"
+
+namespace ordo {
+
+/// Solves M u = b for velocities or accelerations, by conjugate gradients preconditioned by the row sums.
+///
+/// Rows of fixed components are removed: their values are known and stand on the right. Those of prescribed velocities are
+/// removed for the acceleration only, which leads from the projected velocity to the prescribed one. Rows of nodes that the
+/// material fills to less than `lump_below` of their own integral are lumped, for a few particles do not determine them and
+/// splines make M nearly singular there: they are decoupled, and what their neighbours lose is added to the neighbours'
+/// diagonals, so that row sums, mass and momentum stay (docs/design.md).
+template <int D>
+class MassSolver {
+  public:
+    MassSolver(const Passes<D>& passes, double lump_below) : passes_(passes), lump_below_(lump_below) {}
+
+    /// Momenta (lanes of the velocity) become velocities, forces (lanes of the increment) accelerations; which of them, says
+    /// `parts`. `known` has the accelerations of constrained components in the same lanes; fixed velocities are zero. Masses and volumes of `nodes` must be
+    /// complete. Throws NumericalError where it does not converge.
+    enum Parts : unsigned { kVelocity = 1u, kAcceleration = 2u };
+    void solve(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, const Lanes* known, unsigned parts) const;
+
+    int iterations() const { return iterations_; }  ///< of the last solve
+
+  private:
+    void apply(State<D>& s, const Sweep<D>& sweep, const Lanes* from, Lanes* to) const;
+
+    Passes<D> passes_;
+    double lump_below_;
+    mutable int iterations_ = 0;
+};
+
+/// The part of the integral of node's function that particles fill, 0 to about 1.
+template <int D>
+double filled_part(const Lattice<D>& g, const Lanes* nodes, const Index<D>& at)
+{
+    double whole = 1.0;
+    for (int a = 0; a < D; ++a) whole *= g.node_length(a, at[a]);
+    return nodes[g.offset(at)][NodeLane::volume] / whole;
+}
+
+}  // namespace ordo
