@@ -14,7 +14,7 @@ namespace ordo::verification {
 
 namespace {
 
-/// Counts and sizes of a row.
+/// Counts and sizes of a row; failed where there is nothing to run.
 template <int D>
 Row row_of(const Problem<D>& problem)
 {
@@ -31,6 +31,7 @@ Row row_of(const Problem<D>& problem)
                                      steps, problem.dt));
     row.steps = std::lround(steps);
     row.dt    = problem.end / static_cast<double>(row.steps);
+    if (row.particles == 0) row.failed = "the mesh is too coarse to hold a particle";
     return row;
 }
 
@@ -165,10 +166,7 @@ template <int D>
 Row measure(const Problem<D>& given)
 {
     Row row = row_of(given);
-    if (row.particles == 0) {
-        row.failed = "the mesh is too coarse to hold a particle";
-        return row;
-    }
+    if (!row.failed.empty()) return row;
     Problem<D> problem     = given;
     Particles<D> particles = plant_all(problem);
     Explicit<D> method(problem.model);
@@ -200,10 +198,7 @@ template <int D>
 Row watch(const Problem<D>& given)
 {
     Row row = row_of(given);
-    if (row.particles == 0) {
-        row.failed = "the mesh is too coarse to hold a particle";
-        return row;
-    }
+    if (!row.failed.empty()) return row;
     Problem<D> problem     = given;
     Particles<D> particles = plant_all(problem);
     Explicit<D> method(problem.model);

@@ -71,6 +71,18 @@ struct Vortex {
     }
 };
 
+/// X turned about the z axis through the middle of the unit box.
+template <int D, class T>
+ORDO_FLAT inline Vec<D, T> turned_in_unit_box(const Vec<D, T>& X, const T& angle)
+{
+    const T c = cos(angle), s = sin(angle);
+    const T dx = X[0] - 0.5, dy = X[1] - 0.5;
+    Vec<D, T> x = X;
+    x[0]        = dx * c - dy * s + 0.5;
+    x[1]        = dx * s + dy * c + 0.5;
+    return x;
+}
+
 /// The middle of a unit box turns about the z axis through its centre by A sin(w t) sin^2 pi X sin^2 pi Y (sin^2 pi Z), the
 /// walls staying at rest and free of stress (ours): material in between shears, F is neither diagonal nor constant over
 /// a particle.
@@ -84,12 +96,7 @@ struct ShearRotation {
         T bump = sin(kPi * X[0]);
         for (int a = 1; a < D; ++a) bump = bump * sin(kPi * X[a]);
         const T angle = amplitude * sin(frequency * t) * (bump * bump);
-        const T c = cos(angle), s = sin(angle);
-        const T dx = X[0] - 0.5, dy = X[1] - 0.5;
-        Vec<D, T> x = X;
-        x[0]        = dx * c - dy * s + 0.5;
-        x[1]        = dx * s + dy * c + 0.5;
-        return x;
+        return turned_in_unit_box(X, angle);
     }
 };
 
@@ -100,12 +107,7 @@ struct RigidRotation {
     template <int D, class T>
     ORDO_FLAT Vec<D, T> operator()(const Vec<D, T>& X, const T& t) const
     {
-        const T c = cos(frequency * t), s = sin(frequency * t);
-        const T dx = X[0] - 0.5, dy = X[1] - 0.5;
-        Vec<D, T> x = X;
-        x[0]        = dx * c - dy * s + 0.5;
-        x[1]        = dx * s + dy * c + 0.5;
-        return x;
+        return turned_in_unit_box(X, frequency * t);
     }
 };
 

@@ -45,7 +45,7 @@ struct Body {
     Body(Model<D> model, double low, double high, int per_axis)
         : method(std::move(model)),
           passes(choose_passes<D>(method.model().method)),
-          s(method.start(test::make_particles(method.model(), test::block(method.model(), low, high, per_axis))))
+          s(method.start(plant_all(method.model(), test::block(method.model(), low, high, per_axis))))
     {
         test::Random random(4);
         for (int i = 0; i < s.particles.count; ++i) {
@@ -271,7 +271,7 @@ TEST(MassMatrix, PrescribedVelocitiesReachTheParticles)
             model.boundaries = {wall};
             const auto seeds = test::block(model, 0.0, 0.5, 3);
             const Explicit<1> method(std::move(model));
-            State<1> s = method.start(test::make_particles(method.model(), seeds));
+            State<1> s = method.start(plant_all(method.model(), seeds));
             for (int k = 0; k < 40; ++k) method.step(s, 0.2 * courant_time_step(method.model(), s.particles));
             EXPECT_NEAR(s.particles.v[0][0], 0.01, 0.002) << name_of(basis) << ", " << name_of(scheme);
         }

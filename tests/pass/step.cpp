@@ -75,7 +75,7 @@ void check_against_literal(Scheme scheme, Start start)
     model.method.start  = start;
     model.boundaries    = {Boundary<1>{.at = 0.0, .value = {}}, Boundary<1>{.outer_is_above = true, .at = 1.0, .value = {}}};
     const Explicit<1> method(model);
-    State<1> s = method.start(test::make_particles(model, test::block(model, 0.0, 1.0, 2)));
+    State<1> s = method.start(plant_all(model, test::block(model, 0.0, 1.0, 2)));
     LiteralBar bar{model.h[0], model.materials[0].mu, model.materials[0].lambda, model.materials[0].density, 16, {}, {}, {}, {},
                    {}};
     for (int i = 0; i < s.particles.count; ++i) {
@@ -119,7 +119,7 @@ TEST(Step, FreeFallIsExact)
         Model<2> model = test::unit_box<2>(20, spec);
         model.gravity  = {0.1, -2.0};
         const Explicit<2> method(model);
-        State<2> s      = method.start(test::make_particles(model, test::block(model, 0.5, 0.7, 2)));
+        State<2> s      = method.start(plant_all(model, test::block(model, 0.5, 0.7, 2)));
         const double dt = 0.01;
         for (int k = 0; k < 30; ++k) method.step(s, dt);
         for (int i = 0; i < s.particles.count; ++i) {
@@ -137,7 +137,7 @@ TEST(Step, BodyForceField)
     model.body_forces[0] = {Field(0.0),
                             Field(std::function<double(const FieldPoint&)>([](const FieldPoint& at) { return 6 * at.t; }))};
     const Explicit<2> method(model);
-    State<2> s      = method.start(test::make_particles(model, test::block(model, 0.3, 0.5, 2)));
+    State<2> s      = method.start(plant_all(model, test::block(model, 0.3, 0.5, 2)));
     const double dt = 0.01;
     double v = 0, x = 0;
     for (int k = 0; k < 20; ++k) {
@@ -163,7 +163,7 @@ void check_periodic(const MethodSpec& spec)
         auto seeds = test::block(model, 0.25, 0.5, 2);
         for (auto& seed : seeds)
             for (int a = 0; a < D; ++a) seed.x[a] += shift - (seed.x[a] + shift >= 1 ? 1 : 0);
-        State<D> s = method.start(test::make_particles(model, seeds));
+        State<D> s = method.start(plant_all(model, seeds));
         for (int i = 0; i < s.particles.count; ++i) {
             Vec<D> X{};
             for (int a = 0; a < D; ++a) X[a] = s.particles.x[i][a] - shift;
@@ -207,7 +207,7 @@ void check_reaching_over_the_seam(const MethodSpec& spec)
             model.periodic = Vec<D, bool>::filled(true);
             const double h = model.h[0], low = direction < 0 ? 0.25 * h : 1 - 2.25 * h;
             const Explicit<D> method(model);
-            State<D> s = method.start(test::make_particles(model, test::block(model, low, low + 2 * h, 1)));
+            State<D> s = method.start(plant_all(model, test::block(model, low, low + 2 * h, 1)));
             std::vector<Vec<D>> corners(s.particles.corner.begin(), s.particles.corner.end());
             for (int i = 0; i < s.particles.count; ++i) s.particles.v[i] = Vec<D>::filled(direction);
             for (int k = 0; k < 10; ++k) method.step(s, 0.05 * h);
@@ -238,7 +238,7 @@ TEST(Step, PrescribedVelocityPullsABar)
         Boundary<1> hold{.outer_is_above = true, .at = 0.75, .value = {}};
         model.boundaries = {pull, hold};
         const Explicit<1> method(model);
-        State<1> s      = method.start(test::make_particles(model, test::block(model, 0.25, 0.75, 2)));
+        State<1> s      = method.start(plant_all(model, test::block(model, 0.25, 0.75, 2)));
         const double dt = 0.2 * courant_time_step(model, s.particles);
         while (s.t < 1.0) method.step(s, dt);
         // After the waves have run to and fro the mean stretch is that of the pulled end.
@@ -261,8 +261,7 @@ TEST(Step, ReachFollowsDomainsOfRestingParticles)
     model.boundaries = {
         Boundary<2>{.outer_is_above = true, .at = 0.0, .type = BoundaryType::velocity, .value = {stretch, Field(0.0)}}};
     const Explicit<2> method(model);
-    State<2> s =
-        method.start(test::make_particles(model, std::vector{Seed<2>{{0.5, 0.5}, 1e-4, Mat<2>{{{0.0125, 0}, {0, 0.0125}}}}}));
+    State<2> s = method.start(plant_all(model, std::vector{Seed<2>{{0.5, 0.5}, 1e-4, Mat<2>{{{0.0125, 0}, {0, 0.0125}}}}}));
     for (int k = 0; k < 50; ++k) method.step(s, 0.02);
     EXPECT_EQ(s.particles.x[0][0], 0.5);
     EXPECT_NEAR(s.reach, s.particles.edges[0](0, 0) / model.h[0], 1e-12);
@@ -275,8 +274,8 @@ TEST(Step, DomainsTooWideFromTheStartAreRefused)
     for (Domain d : {Domain::box, Domain::parallelepiped}) {
         const Model<2> model = test::unit_box<2>(80, d);
         const Explicit<2> method(model);
-        EXPECT_THROW(static_cast<void>(method.start(
-                         test::make_particles(model, std::vector{Seed<2>{{0.5, 0.5}, 1.0, Mat<2>{{{0.49, 0}, {0, 0.49}}}}}))),
+        EXPECT_THROW(static_cast<void>(
+                         method.start(plant_all(model, std::vector{Seed<2>{{0.5, 0.5}, 1.0, Mat<2>{{{0.49, 0}, {0, 0.49}}}}}))),
                      InputError);
     }
 }
@@ -285,7 +284,7 @@ TEST(Step, FailuresNameStepTimeAndParticle)
 {
     Model<2> model = test::unit_box<2>(10, Domain::point);
     const Explicit<2> method(model);
-    State<2> s = method.start(test::make_particles(model, test::block(model, 0.6, 0.9, 2)));
+    State<2> s = method.start(plant_all(model, test::block(model, 0.6, 0.9, 2)));
     for (int i = 0; i < s.particles.count; ++i) s.particles.v[i] = {1.0, 0.0};
     try {
         for (int k = 0; k < 100; ++k) method.step(s, 0.01);
@@ -303,7 +302,7 @@ TEST(Step, FoldedCellsAreNamed)
     for (Domain domain : {Domain::cell, Domain::simplex}) {
         const Model<2> model = test::unit_box<2>(10, domain);
         const Explicit<2> method(model);
-        State<2> s = method.start(test::make_particles(model, test::block(model, 0.4, 0.6, 2)));
+        State<2> s = method.start(plant_all(model, test::block(model, 0.4, 0.6, 2)));
         s.particles.corner[s.particles.cell[3][0]] += Vec<2>{0.06, 0.06};
         try {
             method.step(s, 1e-4);
@@ -312,7 +311,7 @@ TEST(Step, FoldedCellsAreNamed)
             for (const char* part : {"step 1", "particle ", "turned over or folded"})
                 EXPECT_NE(std::string(e.what()).find(part), std::string::npos) << e.what();
         }
-        auto folded = test::make_particles(model, test::block(model, 0.4, 0.6, 2));
+        auto folded = plant_all(model, test::block(model, 0.4, 0.6, 2));
         folded.corner[folded.cell[3][0]] += Vec<2>{0.06, 0.06};
         EXPECT_THROW(static_cast<void>(method.start(std::move(folded))), InputError);
     }
@@ -323,7 +322,7 @@ TEST(Step, CellsTooWideAreNamed)
 {
     const Model<1> model = test::unit_box<1>(100, Domain::cell);
     const Explicit<1> method(model);
-    State<1> s = method.start(test::make_particles(model, std::vector{Seed<1>{{0.5}, 0.58, Mat<1>{{{0.29}}}}}));
+    State<1> s = method.start(plant_all(model, std::vector{Seed<1>{{0.5}, 0.58, Mat<1>{{{0.29}}}}}));
     s.particles.corner[0][0] -= 0.2;
     s.particles.corner[1][0] += 0.2;
     test::follow(model, s);
@@ -333,7 +332,7 @@ TEST(Step, CellsTooWideAreNamed)
     } catch (const NumericalError& e) {
         EXPECT_NE(std::string(e.what()).find("wider than the grid pass can hold"), std::string::npos) << e.what();
     }
-    EXPECT_THROW(static_cast<void>(method.start(test::make_particles(model, std::vector{Seed<1>{{0.5}, 0.8, Mat<1>{{{0.4}}}}}))),
+    EXPECT_THROW(static_cast<void>(method.start(plant_all(model, std::vector{Seed<1>{{0.5}, 0.8, Mat<1>{{{0.4}}}}}))),
                  InputError);
 }
 
@@ -344,7 +343,7 @@ TEST(Step, StretchLimitHolds)
         Model<1> model             = test::unit_box<1>(100, Domain::parallelepiped);
         model.method.stretch_limit = limit;
         const Explicit<1> method(model);
-        State<1> s             = method.start(test::make_particles(model, std::vector{Seed<1>{{0.5}, 0.02, Mat<1>{{{0.01}}}}}));
+        State<1> s             = method.start(plant_all(model, std::vector{Seed<1>{{0.5}, 0.02, Mat<1>{{{0.01}}}}}));
         s.particles.F[0](0, 0) = 40;
         const auto step        = [&] { method.step(s, 1e-9); };
         if (limit > 0) {
@@ -361,7 +360,7 @@ TEST(Step, CellsStartWithoutDisplacement)
 {
     for (CornerWeights weights : {CornerWeights::exact, CornerWeights::mean}) {
         const Model<2> model = test::unit_box<2>(10, test::shape_spec(Basis::hat, Domain::cell, weights));
-        Particles<2> p       = test::make_particles(model, test::block(model, 0.4, 0.6, 1));
+        Particles<2> p       = plant_all(model, test::block(model, 0.4, 0.6, 1));
         for (Vec<2>& c : p.corner) c[0] += 0.3 * c[0] * c[1];
         for (int i = 0; i < p.count; ++i) {
             Vec<2> x[4];
@@ -379,7 +378,7 @@ TEST(Step, SortingDoesNotChangeTheRun)
     auto run = [](bool sort_always) {
         Model<2> model = test::unit_box<2>(16, Domain::parallelepiped);
         const Explicit<2> method(model);
-        State<2> s = method.start(test::make_particles(model, test::block(model, 0.25, 0.5, 2)));
+        State<2> s = method.start(plant_all(model, test::block(model, 0.25, 0.5, 2)));
         for (int i = 0; i < s.particles.count; ++i) s.particles.v[i] = {0.4 + 0.1 * std::sin(9 * s.particles.x[i][1]), 0.3};
         for (int k = 0; k < 60; ++k) {
             if (sort_always) sort_particles(model, s);

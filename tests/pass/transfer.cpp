@@ -299,7 +299,7 @@ void check_threads(const MethodSpec& spec)
         set_thread_count(threads);
         Random random(3);
         const Explicit<D> method(test::unit_box<D>(D == 3 ? 12 : 32, spec));  // enough particles for threads to start
-        State<D> s = method.start(test::make_particles(method.model(), test::block(method.model(), 0.25, 0.75, 2)));
+        State<D> s = method.start(plant_all(method.model(), test::block(method.model(), 0.25, 0.75, 2)));
         for (int i = 0; i < s.particles.count; ++i)
             for (int a = 0; a < D; ++a) s.particles.v[i][a] = 2 + test::uniform(random, -0.1, 0.1);
         for (int k = 0; k < 5; ++k) method.step(s, 0.2 * courant_time_step(method.model(), s.particles));

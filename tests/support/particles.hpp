@@ -2,6 +2,7 @@
 #pragma once
 
 #include "method/explicit.hpp"
+#include "method/planting.hpp"
 #include "particles/cell_seeding.hpp"
 #include "particles/seeding.hpp"
 #include "shape/box.hpp"
@@ -145,22 +146,6 @@ Model<D> unit_box(int cells, Domain domain)
     return unit_box<D>(cells, shape_spec(Basis::hat, domain));
 }
 
-/// Particles from seeds, with initial domains as the model's method wants them. Simplices are more than the seeds.
-template <int D>
-Particles<D> make_particles(const Model<D>& model, const std::vector<Seed<D>>& seeds)
-{
-    if (has_cells(model.method)) {
-        CellMesh<D> mesh = weld(corner_points(seeds));
-        if (model.method.domain == Domain::simplex) mesh = split(mesh);
-        Particles<D> p(static_cast<int>(mesh.cells.size()), field_groups(model));
-        plant_cells(p, 0, mesh, model.materials[0].density);
-        return p;
-    }
-    Particles<D> p(static_cast<int>(seeds.size()), field_groups(model));
-    for (int i = 0; i < p.count; ++i) plant(p, i, seeds[i], model.materials[0].density);
-    return p;
-}
-
 /// A block of `per_axis` particles a cell and axis between low and high (unit box coordinates).
 template <int D>
 std::vector<Seed<D>> block(const Model<D>& model, double low, double high, int per_axis)
@@ -198,7 +183,7 @@ State<D> random_state(const Explicit<D>& method, int count, Random& random, doub
         }
         seeds.push_back(seed);
     }
-    State<D> s      = method.start(make_particles(model, seeds));
+    State<D> s      = method.start(plant_all(model, seeds));
     Particles<D>& p = s.particles;
     for (Vec<D>& corner : p.corner)  // corners are h/2 apart
         for (int a = 0; a < D; ++a) corner[a] += uniform(random, -0.2, 0.2) * deformation * model.h[a];

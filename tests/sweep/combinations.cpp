@@ -31,7 +31,7 @@ void check_translation(const MethodSpec& spec, double shift)
 {
     const Explicit<D> method(test::unit_box<D>(cells_of_box<D>(), spec));
     const double h = method.model().h[0], low = 0.25 + shift * h, time = 0.01 * h * kSteps;
-    State<D> s = method.start(test::make_particles(method.model(), test::block(method.model(), low, low + 2 * h, 2)));
+    State<D> s = method.start(plant_all(method.model(), test::block(method.model(), low, low + 2 * h, 2)));
     const std::vector<Vec<D>> corners(s.particles.corner.begin(), s.particles.corner.end());
     Vec<D> v{};
     for (int a = 0; a < D; ++a) v[a] = 7 - 3 * a;  // a cell and more
@@ -65,7 +65,7 @@ void check_conservation(const MethodSpec& spec, MaterialModel material)
     Model<D> model           = test::unit_box<D>(cells_of_box<D>(), spec);
     model.materials[0].model = material;
     const Explicit<D> method(std::move(model));
-    State<D> s = method.start(test::make_particles(method.model(), test::block(method.model(), 0.25, D == 3 ? 0.5 : 0.75, 2)));
+    State<D> s = method.start(plant_all(method.model(), test::block(method.model(), 0.25, D == 3 ? 0.5 : 0.75, 2)));
     for (int i = 0; i < s.particles.count; ++i)
         for (int a = 0; a < D; ++a) s.particles.v[i][a] = 0.05 * std::sin(6 * s.particles.x[i][a]) + 0.02;
     const Totals before = totals(method.model(), s.particles);
@@ -113,7 +113,7 @@ void check_uniform_stress(const MethodSpec& spec)
 {
     const Explicit<D> method(test::unit_box<D>(cells_of_box<D>(), spec));
     const Model<D>& model = method.model();
-    State<D> s            = method.start(test::make_particles(model, test::block(model, 0.25, 0.75, 2)));
+    State<D> s            = method.start(plant_all(model, test::block(model, 0.25, 0.75, 2)));
     test::Random random(5);
     auto is_inside = [](const Vec<D>& x, double margin) {
         bool r = true;
@@ -164,7 +164,7 @@ void check_linear_velocity(const MethodSpec& spec)
 {
     const Explicit<D> method(test::unit_box<D>(cells_of_box<D>(), spec));
     const Model<D>& model = method.model();
-    State<D> s            = method.start(test::make_particles(model, test::block(model, 0.0, 0.5, 2)));
+    State<D> s            = method.start(plant_all(model, test::block(model, 0.0, 0.5, 2)));
     test::Random random(9);
     const Mat<D> A = test::random_deformation<D>(random, 0.9);
     const Vec<D> b = Vec<D>::filled(0.3);

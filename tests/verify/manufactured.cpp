@@ -84,7 +84,7 @@ TEST(Manufactured, LanesEqualOneByOne)
     const Manufactured<2, Vortex, NeoHookean> solution({1.0, pi}, neo_hookean(1e3, 0.3), kDensity);
     Model<2> model          = test::unit_box<2>(5, Domain::point);
     model.body_force_kernel = [](const ParticleView<2>&, std::ptrdiff_t, std::ptrdiff_t, double) {};
-    Particles<2> p          = test::make_particles(model, fill_polar(Tube<2>{.inner = 0.75, .outer = 1.25}, 3, 9, 1));
+    Particles<2> p          = plant_all(model, fill_polar(Tube<2>{.inner = 0.75, .outer = 1.25}, 3, 9, 1));
     for (int i = 0; i < p.count; ++i) p.X[i] = p.x[i];
     ASSERT_EQ(p.count, 27);
     for (const Vec<2>& b : p.b) EXPECT_EQ(b, Vec<2>{});
