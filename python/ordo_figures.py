@@ -30,7 +30,7 @@ UNITS = {"displacement": "m", "position": "m", "velocity": "m/s", "stress": "Pa"
          "volume": "m³", "pressure": "Pa", "von_mises": "Pa", "energy_density": "J/m³"}
 LABELS = {"velocity": "speed", "von_mises": "von Mises stress"}
 SLOPES = "orders 1 and 2"
-ERRORS = ["displacement", "velocity", "stress", "density", "velocity_grid"]
+ERRORS = ["displacement", "velocity", "stress", "density", "velocity_grid", "value", "value_inside"]
 # Dimensions of VTK's cell types; the corners of a triangle as those of a quad, of a tetrahedron as those of a hexahedron.
 DIMS = {1: 0, 3: 1, 5: 2, 9: 2, 10: 3, 12: 3}
 SIMPLEX_CORNERS = {5: [0, 1, 2, 2], 10: [0, 1, 2, 2, 3, 3, 3, 3]}
@@ -293,7 +293,7 @@ def draw_snapshots(axes, directory, times, field="velocity", view=None, dim=None
 def error_label(name):
     if name == "velocity_grid":  # not divided by the volume, unlike the RMS over particles
         return "grid velocity, $L_2$, m/s m$^{d/2}$"
-    return f"{name}, RMS, {UNITS[name]}"
+    return ", ".join([name.replace("_", " "), "RMS", *([UNITS[name]] if name in UNITS else [])])
 
 
 def draw_errors(axes, studies, name, methods):

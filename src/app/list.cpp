@@ -19,7 +19,13 @@ void list_methods()
     for (const Preset& p : presets()) {
         fmt::print("  {:<10} {}\n", p.name, p.what);
         std::string row;
-        for_each_axis([&](auto axis) { row += fmt::format("{}{}", row.empty() ? "" : ", ", name_of(p.spec.*axis)); });
+        for_each_axis([&](auto axis) {
+            using A = Axis<std::decay_t<decltype(p.spec.*axis)>>;
+            if (p.spec.*axis != MethodSpec{}.*axis)
+                row += fmt::format("{}{} {}", row.empty() ? "" : ", ", A::key, name_of(p.spec.*axis));
+        });
+        if (p.spec.degree != MethodSpec{}.degree) row += fmt::format(", degree {}", p.spec.degree);
+        if (row.empty()) row = "the default of every axis";
         fmt::print("             {}\n", row);
     }
     fmt::print("\nAxes (method.AXIS overrides the preset)\n");
@@ -27,12 +33,13 @@ void list_methods()
     for_each_axis([&](auto axis) {
         using A = Axis<std::decay_t<decltype(any.*axis)>>;
         fmt::print("  {}: {}\n", A::key, A::what);
-        for (const auto& c : A::choices) fmt::print("    {:<15} {}\n", c.name, c.what);
+        for (const auto& c : A::choices)
+            fmt::print("    {:<15} {}{}\n", c.name, c.what, c.value == any.*axis ? " (default)" : "");
     });
     fmt::print("\nNumbers (method.NAME)\n");
     for (const Setting& s : settings)
         fmt::print("  {:<16} {} ({} to {}, default {})\n", s.name, s.what, s.min, s.max, any.*s.value);
-    fmt::print("\nAllowed (x): any choice of the other axes goes with them\n  {:<16}", "");
+    fmt::print("\nBases and domains that go together (x)\n  {:<16}", "");
     for (const auto& d : Axis<Domain>::choices) fmt::print("{:<16}", d.name);
     fmt::print("\n");
     for (const auto& b : Axis<Basis>::choices) {

@@ -60,6 +60,8 @@ int run_case(const io::CaseInput& input, bool quiet)
     io::require_writable(input.output);
     const Explicit<D> method(std::move(built.model));
     State<D> s = method.start(std::move(built.particles));
+    method.project(s);  // for the first row
+    s.projection.is_wanted = true;
     io::Writer<D> writer(input, method.model(), s.particles);
     if (!quiet)
         io::say("{}: {}D, {} particles, {} on {} thread{}\n", input.title.empty() ? "ordo" : input.title, D, s.particles.count,

@@ -7,6 +7,13 @@
 #define ORDO_HD
 #endif
 
+// For what is rare in a particle loop: inlined everywhere it would only cost compile time.
+#if defined(__GNUC__) && !defined(__CUDACC__)
+#define ORDO_CALL __attribute__((noinline))
+#else
+#define ORDO_CALL
+#endif
+
 // For the small tensor operations in particle loops: left alone, the compiler calls them (measured: 60 % of a gather).
 // Not under the address sanitizer, whose builds would take minutes a file.
 #if defined(__GNUC__) && !defined(__CUDACC__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__)

@@ -43,6 +43,20 @@ class Halo {
             for (const Pair& p : pairs_[a]) nodes[p.ghost] = nodes[p.image];
     }
 
+    /// The same for records of `size` Lanes, of nodes or of cells.
+    void add_records(Lanes* records, int size) const
+    {
+        for (const auto& axis : pairs_)
+            for (const Pair& p : axis)
+                for (int q = 0; q < size; ++q) records[p.image * size + q] += records[p.ghost * size + q];
+    }
+    void copy_records(Lanes* records, int size) const
+    {
+        for (int a = D - 1; a >= 0; --a)
+            for (const Pair& p : pairs_[a])
+                for (int q = 0; q < size; ++q) records[p.ghost * size + q] = records[p.image * size + q];
+    }
+
     /// Sets the margin to zero.
     void clear(Lanes* nodes) const
     {

@@ -68,6 +68,20 @@ struct Lattice {
         for (int j = 1; j <= p; ++j) sum += knot(a, k - margin + j - p);
         return origin[a] + sum / p * h[a];
     }
+    /// The middle of a cell, which has the index of its lower node.
+    ORDO_HD Vec<D> cell_center(const Index<D>& cell) const
+    {
+        Vec<D> x{};
+        for (int a = 0; a < D; ++a) x[a] = origin[a] + (cell[a] - margin + 0.5) * h[a];
+        return x;
+    }
+    /// Whether a cell lies in the grid, not in its margin.
+    ORDO_HD bool has_cell(const Index<D>& cell) const
+    {
+        for (int a = 0; a < D; ++a)
+            if (cell[a] < margin || cell[a] >= margin + cells[a]) return false;
+        return true;
+    }
     /// The knot between cells k - 1 and k, counted inside the grid; at faces as many knots meet as the degree and one.
     ORDO_HD int knot(int a, int k) const { return periodic[a] ? k : smaller(larger(k, 0), cells[a]); }
     /// The integral of the function of node k along axis a over the grid, m: the span of its knots over degree + 1. A hat

@@ -115,6 +115,12 @@ class Tiles {
         return r;
     }
 
+    /// f(k) for the places of all blocks in parallel.
+    template <class F>
+    void for_each_block(F&& f) const
+    {
+        parallel_for(static_cast<std::ptrdiff_t>(blocks_.size()), f, is_large());
+    }
     /// f(first node, end) for runs of consecutive nodes that together are every block that the material touches.
     template <class F>
     void for_each_node_run(F&& f) const
@@ -125,18 +131,23 @@ class Tiles {
     template <class F>
     void for_each_block_run(F&& f) const
     {
-        parallel_for(
-            static_cast<std::ptrdiff_t>(blocks_.size()),
-            [&](std::ptrdiff_t k) {
-                IndexBox<D> rows = nodes_of(blocks_[k]);
-                const int length = rows.hi[0] - rows.lo[0];
-                rows.hi[0]       = rows.lo[0] + 1;
-                rows.for_each([&](const Index<D>& at) {
-                    const std::ptrdiff_t first = lattice_.offset(at);
-                    f(k, first, first + length);
-                });
-            },
-            is_large());
+        for_each_block([&](std::ptrdiff_t k) {
+            IndexBox<D> rows = nodes_of(blocks_[k]);
+            const int length = rows.hi[0] - rows.lo[0];
+            rows.hi[0]       = rows.lo[0] + 1;
+            rows.for_each([&](const Index<D>& at) {
+                const std::ptrdiff_t first = lattice_.offset(at);
+                f(k, first, first + length);
+            });
+        });
+    }
+
+    /// The colour of a tile or block.
+    static int colour(const Index<D>& t)
+    {
+        int c = 0;
+        for (int a = 0; a < D; ++a) c |= (t[a] & 1) << a;
+        return c;
     }
 
     /// Whether the node belongs to a block that the material touches; other nodes hold nothing of meaning.
@@ -166,12 +177,6 @@ class Tiles {
             k /= count_[a];
         }
         return t;
-    }
-    static int colour(const Index<D>& t)
-    {
-        int c = 0;
-        for (int a = 0; a < D; ++a) c |= (t[a] & 1) << a;
-        return c;
     }
     IndexBox<D> neighbours(const Index<D>& t) const
     {

@@ -452,10 +452,11 @@ Built<D> build(const CaseInput& in)
             const Vec<D> x = p.x[i];
             p.body[i]      = static_cast<int>(k);
             p.material[i]  = material;
-            p.v[i]         = evaluate<D>(velocity, {padded(x), padded(x), 0.0});
-            require_finite(p.v[i], b.velocity, x);
             require_finite(evaluate<D>(model.body_forces[k], {padded(x), padded(x), 0.0}), b.body_force, x);
         }
+        const auto velocity_at = [&](const Vec<D>& x) { return evaluate<D>(velocity, {padded(x), padded(x), 0.0}); };
+        set_velocities(p, first[k], first[k + 1], velocity_at, model.h);
+        for (int i = first[k]; i < first[k + 1]; ++i) require_finite(p.v[i], b.velocity, p.x[i]);
         if (!in.tractions.empty()) set_up_tractions(in, static_cast<int>(k), meshes[k], first[k], model, p);
     }
     require_stable(in, model, p);

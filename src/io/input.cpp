@@ -24,8 +24,11 @@ void for_each_method_axis(F&& f)
     f(&MethodInput::domain, &MethodSpec::domain);
     f(&MethodInput::cell_weights, &MethodSpec::weights);
     f(&MethodInput::projection, &MethodSpec::projection);
+    f(&MethodInput::weight, &MethodSpec::weight);
     f(&MethodInput::samples, &MethodSpec::samples);
+    f(&MethodInput::tls, &MethodSpec::tls);
     f(&MethodInput::quadrature, &MethodSpec::quadrature);
+    f(&MethodInput::cell_volume, &MethodSpec::cell_volume);
     f(&MethodInput::mass, &MethodSpec::mass);
     f(&MethodInput::gradient, &MethodSpec::gradient);
     f(&MethodInput::update, &MethodSpec::update);
@@ -37,7 +40,7 @@ template <class E>
 E choice_type(E MethodSpec::*);
 
 /// Numbers of the method, in the order of `settings`.
-constexpr std::array kMethodSettings{&MethodInput::pic_fraction, &MethodInput::a0, &MethodInput::lump_below,
+constexpr std::array kMethodSettings{&MethodInput::degree, &MethodInput::pic_fraction, &MethodInput::a0, &MethodInput::lump_below,
                                      &MethodInput::stretch_limit};
 static_assert(kMethodSettings.size() == settings.size());
 
@@ -76,7 +79,7 @@ const Section<MethodInput>& method_section()
             r.keys.push_back({text, {.name = std::string(Axis<E>::key), .what = std::string(Axis<E>::what), .default_text = "of the preset", .choices = choice_names<E>()}});
         });
         for (std::size_t k = 0; k < settings.size(); ++k)
-            r.keys.push_back({kMethodSettings[k], {.name = std::string(settings[k].name), .what = std::string(settings[k].what), .default_text = fmt::format("{}", MethodSpec{}.*settings[k].value), .min = settings[k].min, .max = settings[k].max}});
+            r.keys.push_back({kMethodSettings[k], {.name = std::string(settings[k].name), .what = std::string(settings[k].what), .default_text = settings[k].is_integer ? "of the preset" : fmt::format("{}", MethodSpec{}.*settings[k].value), .min = settings[k].min, .max = settings[k].max}});
         return r;
     }();
     return s;
@@ -326,11 +329,16 @@ MethodSpec resolve_method(MethodInput& in)
         std::optional<double>& given = in.*kMethodSettings[k];
         spec.*settings[k].value      = given.value_or(spec.*settings[k].value);
         given                        = spec.*settings[k].value;
+        if (settings[k].is_integer && *given != std::floor(*given))
+            in.fail(std::string(settings[k].name), fmt::format("must be an integer (got {})", *given));
     }
     if (const Rule* rule = broken_rule(spec)) {
-        const char* keys[] = {"domain", "basis", "cell_weights", "stretch_limit", "preset"};
-        const auto key     = std::find_if(std::begin(keys), std::end(keys), [&](const char* k) { return in.has(k); });
-        in.fail(key == std::end(keys) ? "preset" : *key, fmt::format("{} is not allowed: {}", rule->what, rule->why));
+        // The key to blame is the last that the rule names and the input has.
+        std::istringstream words{std::string(rule->what)};
+        std::string key = "preset";
+        for (std::string word; words >> word;)
+            if (in.has(word)) key = word;
+        in.fail(key, fmt::format("{} is not allowed: {}", rule->what, rule->why));
     }
     return spec;
 }

@@ -97,7 +97,10 @@ Writer<D>::Writer(const CaseInput& input, const Model<D>& model, const Particles
 
     history_ =
         LineFile(directory_ / "history.csv",
-                 "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy");
+                 "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy,"
+                 "projection_mass_before,projection_mass_after,projection_momentum_x_before,projection_momentum_y_before,"
+                 "projection_momentum_z_before,projection_momentum_x_after,projection_momentum_y_after,"
+                 "projection_momentum_z_after,dropped_pivots,fallback_nodes");
     for (const ProbeInput& p : input.probes) {
         Probe probe{};
         const std::filesystem::path file = directory_ / ("probe_" + p.name + ".csv");
@@ -120,11 +123,13 @@ Writer<D>::Writer(const CaseInput& input, const Model<D>& model, const Particles
 template <int D>
 void Writer<D>::row(State<D>& s, double dt)
 {
-    const Totals e = totals(model_, s.particles);
-    history_.add(fmt::format("{},{},{}{},{},{},{},{}", s.t, dt, e.mass, values(e.momentum), e.kinetic_energy, e.strain_energy,
-                             e.total_energy(), e.potential));
-    for (Probe& p : probes_)
-        if (p.particle >= 0 || s.n > 0) probe_row(p, s);  // the grid holds nothing before the first step
+    const Totals e            = totals(model_, s.particles);
+    const ProjectionReport& p = s.projection;
+    history_.add(fmt::format("{},{},{}{},{},{},{},{},{},{}{}{},{},{}", s.t, dt, e.mass, values(e.momentum), e.kinetic_energy,
+                             e.strain_energy, e.total_energy(), e.potential, p.mass_before, p.mass_after,
+                             values(p.momentum_before), values(p.momentum_after), p.fit.dropped, p.fit.fallback));
+    for (Probe& probe : probes_)
+        if (probe.particle >= 0 || s.n > 0) probe_row(probe, s);  // the grid holds nothing before the first step
 }
 
 template <int D>

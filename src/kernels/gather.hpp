@@ -1,6 +1,7 @@
 // Nodes to particles: velocity update, stress update and motion, fused at will in one sweep over the particles.
 #pragma once
 
+#include "kernels/cell_gradient.hpp"
 #include "kernels/sweep.hpp"
 #include "shape/point.hpp"
 
@@ -15,6 +16,16 @@ enum GatherPart : unsigned {
     kMove           = 4u,  ///< x_p += dt sum phi v_i; the domain follows F_p. Cells move otherwise, see move_corners
     kStressOfPast   = 8u,  ///< kUpdateStress by the step that led here: x^n is its end, not its start
 };
+
+/// L from the gradients of the lanes of a node.
+template <int D>
+ORDO_FLAT inline Mat<D> velocity_gradient(const Lanes (&gradient)[D])
+{
+    Mat<D> L{};
+    for (int a = 0; a < D; ++a)
+        for (int b = 0; b < D; ++b) L(a, b) = gradient[b][NodeLane::velocity + a];
+    return L;
+}
 
 /// The displacement gradient of a step with respect to its start, from dt L with respect to its end: the step back is
 /// I - dt L. Taking dt L itself would be first order.
@@ -79,10 +90,15 @@ void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
         Lanes value{};
         Mat<D> dtL{};
         if constexpr ((parts & kUpdateStress) != 0) {
-            Lanes gradient[D] = {};
-            S::collect(s.lattice, s.p, i, s.nodes, value, gradient);
-            for (int a = 0; a < D; ++a)
-                for (int b = 0; b < D; ++b) dtL(a, b) = s.dt * gradient[b][NodeLane::velocity + a];
+            if (s.gradients && interpolate_gradient(s, i, dtL)) {
+                if constexpr ((parts & (kUpdateVelocity | kMove)) != 0) S::collect_value(s.lattice, s.p, i, s.nodes, value);
+            } else {
+                Lanes gradient[D] = {};
+                S::collect(s.lattice, s.p, i, s.nodes, value, gradient);
+                dtL = velocity_gradient(gradient);
+            }
+            if (s.keeps_gradient) s.p.L[i] = dtL;
+            dtL *= s.dt;
         } else {
             S::collect_value(s.lattice, s.p, i, s.nodes, value);
         }
@@ -106,7 +122,7 @@ void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
     out = report;
 }
 
-/// Shared corners [begin, end) move with the nodes: x_c += dt sum N_i(x_c) v_i.
+/// Shared corners [begin, end) move with the nodes: x_c += dt sum N_i(x_c) v_i; velocities of their own as those of particles.
 template <int D, class Basis>
 void move_corners(const Sweep<D>& sweep, std::ptrdiff_t begin, std::ptrdiff_t end)
 {
@@ -114,6 +130,11 @@ void move_corners(const Sweep<D>& sweep, std::ptrdiff_t begin, std::ptrdiff_t en
     for (std::ptrdiff_t c = begin; c < end; ++c) {
         const Lanes value = interpolate<D, Basis>(s.lattice, s.nodes, s.p.corner[c]);
         for (int a = 0; a < D; ++a) s.p.corner[c][a] += s.dt * value[NodeLane::velocity + a];
+        if (!s.p.corner_velocity) continue;
+        for (int a = 0; a < D; ++a) {
+            double& v = s.p.corner_velocity[c][a];
+            v         = (1 - s.pic) * (v + value[NodeLane::increment + a]) + s.pic * value[NodeLane::velocity + a];
+        }
     }
 }
 

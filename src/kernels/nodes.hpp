@@ -8,11 +8,21 @@
 
 namespace ordo {
 
+/// Sets nodes, or records of `size` Lanes a node, to zero.
 template <int D>
-void clear(Lanes* nodes, const Tiles<D>& tiles)
+void clear(Lanes* nodes, const Tiles<D>& tiles, int size = 1)
 {
     tiles.for_each_node_run([=](std::ptrdiff_t first, std::ptrdiff_t end) {
-        std::memset(static_cast<void*>(nodes + first), 0, sizeof(Lanes) * (end - first));
+        std::memset(static_cast<void*>(nodes + first * size), 0, sizeof(Lanes) * (end - first) * size);
+    });
+}
+
+/// Sets all but the velocities to zero.
+template <int D>
+void clear_masses(Lanes* nodes, const Tiles<D>& tiles)
+{
+    tiles.for_each_node_run([=](std::ptrdiff_t first, std::ptrdiff_t end) {
+        for (std::ptrdiff_t i = first; i < end; ++i) nodes[i] = nodes[i] * make_lanes(1, 1, 1, 0, 0, 0, 0, 0);
     });
 }
 

@@ -33,18 +33,26 @@ struct InternalForce {
     }
 };
 
-/// f_i = sum_p phi_ip (m_p b_p + T_p) + sum_p M_p grad phi_ip, where T_p is the traction on faces of the domain and M_p its
-/// moment about x_p: total force and moment are exact, and corner domains get it at the corners of the face.
+/// f_i = sum_p phi_ip m_p b_p.
 template <int D>
-struct ExternalForce {
+struct BodyForce {
+    static constexpr bool has_flux = false;
+    ORDO_FLAT static void add(const ParticleView<D>& p, int i, Lanes& value, Lanes (&)[D])
+    {
+        if (!p.b) return;
+        double f[3] = {};
+        for (int a = 0; a < D; ++a) f[a] = p.m[i] * p.b[i][a];
+        value += make_lanes(0, 0, 0, 0, f[0], f[1], f[2], 0);
+    }
+};
+
+/// f_i = sum_p phi_ip T_p + sum_p M_p grad phi_ip, where T_p is the traction on faces of the domain and M_p its moment about
+/// x_p: total force and moment are exact, and corner domains get it at the corners of the face.
+template <int D>
+struct SurfaceForce {
     static constexpr bool has_flux = true;
     ORDO_FLAT static void add(const ParticleView<D>& p, int i, Lanes& value, Lanes (&flux)[D])
     {
-        if (p.b) {
-            double f[3] = {};
-            for (int a = 0; a < D; ++a) f[a] = p.m[i] * p.b[i][a];
-            value += make_lanes(0, 0, 0, 0, f[0], f[1], f[2], 0);
-        }
         if (p.traction) {
             double f[3] = {};
             for (int a = 0; a < D; ++a) f[a] = p.traction[i][a];

@@ -13,9 +13,11 @@ struct Sweep {
     ParticleView<D> p;
     Lanes* nodes;  ///< the node records that are written or read
     const Material* materials;
-    double dt;             ///< of positions and deformation, s
-    double pic;            ///< PIC fraction of the velocity update, 0..1
-    double stretch_limit;  ///< of parallelepipeds, cells; 0 is none
+    double dt;                         ///< of positions and deformation, s
+    double pic;                        ///< PIC fraction of the velocity update, 0..1
+    double stretch_limit;              ///< of parallelepipeds, cells; 0 is none
+    bool keeps_gradient    = false;    ///< L_p is stored
+    const Lanes* gradients = nullptr;  ///< at the centres of cells, see cell_gradient.hpp; null where particles use their own
 };
 
 enum class Fault { none, not_finite, inverted, left_grid, domain_turned, domain_too_wide };
@@ -32,6 +34,25 @@ struct TileReport {
         if (fault != Fault::none) return;
         fault    = f;
         particle = i;
+    }
+};
+
+/// How velocities of nodes are fitted.
+struct FitChoices {
+    bool is_whole;    ///< mls: a node that its samples do not determine takes their mean; else the monomials that they do
+    bool everywhere;  ///< nodes without mass too, where there are samples
+};
+
+/// What nodes and cells found out while fits were solved.
+struct FitReport {
+    long dropped  = 0;  ///< pivots that samples did not determine
+    long fallback = 0;  ///< nodes that took a lower degree whole (mls) or the mass projection (no sample)
+
+    FitReport& operator+=(const FitReport& o)
+    {
+        dropped += o.dropped;
+        fallback += o.fallback;
+        return *this;
     }
 };
 

@@ -15,12 +15,15 @@ namespace ordo {
 enum class Basis { hat, bspline2, bspline3, ddmpm };
 enum class Domain { point, box, stretched_box, parallelepiped, cell, simplex };
 enum class CornerWeights { exact, mean };
-enum class Projection { mass };
-enum class Samples { particles };
-enum class Quadrature { particle };
+enum class Projection { mass, gradient_enhanced, affine, polynomial, mls, imls, tls };
+enum class Weight { hat, quadratic, cubic };
+enum class Samples { particles, corners };
+enum class Tls { both, velocity, stress };
+enum class Quadrature { particle, cell, gauss };
+enum class CellVolume { full, filled };
 enum class MassMatrix { lumped, consistent };
-enum class Gradient { shape };
-enum class Update { flip };
+enum class Gradient { shape, adjoint, affine };
+enum class Update { flip, apic, polypic };
 enum class Scheme { usf, usl, musl };
 enum class Start { leapfrog, plain };
 
@@ -63,15 +66,47 @@ template <> struct Axis<CornerWeights> {
 };
 template <> struct Axis<Projection> {
     static constexpr std::string_view key = "projection", what = "velocity from particles to nodes";
-    static constexpr std::array choices{Choice<Projection>{Projection::mass, "mass", "weighted by m_p phi_ip; conserves linear momentum"}};
+    static constexpr std::array choices{
+        Choice<Projection>{Projection::mass, "mass", "weighted by m_p phi_ip; conserves linear momentum"},
+        Choice<Projection>{Projection::gradient_enhanced, "gradient-enhanced", "the same of v_p + L_p (x_i - x_p) (Wallstedt & Guilkey 2007); conserves linear momentum where functions reproduce linear fields"},
+        Choice<Projection>{Projection::affine, "affine", "the same of v_p + C_p (x_i - x_p), C_p from the nodes (Jiang et al. 2015); conserves linear and, with update apic, angular momentum"},
+        Choice<Projection>{Projection::polynomial, "polynomial", "the same of a polynomial a particle, of `degree` an axis (Fu et al. 2017); conserves linear momentum"},
+        Choice<Projection>{Projection::mls, "mls", "moving least squares of `degree` at the nodes, degree 0 where they are singular (Gong 2015, sec. 5.3); does not conserve momentum"},
+        Choice<Projection>{Projection::imls, "imls", "the same, but only the monomials are left out that samples do not determine (Tran et al. 2019); does not conserve momentum"},
+        Choice<Projection>{Projection::tls, "tls", "Taylor least squares of `degree` a cell, at Gauss points (Wobbes et al. 2020); conserves mass and linear momentum"}};
+};
+template <> struct Axis<Weight> {
+    static constexpr std::string_view key = "weight", what = "weight of a sample at a node, of mls and imls";
+    static constexpr std::array choices{
+        Choice<Weight>{Weight::hat, "hat", "of support h"},
+        Choice<Weight>{Weight::quadratic, "quadratic", "quadratic spline of support 3h/2"},
+        Choice<Weight>{Weight::cubic, "cubic", "cubic spline of support 2h"}};
 };
 template <> struct Axis<Samples> {
-    static constexpr std::string_view key = "samples", what = "what the projection sums over";
-    static constexpr std::array choices{Choice<Samples>{Samples::particles, "particles", "particles"}};
+    static constexpr std::string_view key = "samples", what = "what mls and imls fit to";
+    static constexpr std::array choices{
+        Choice<Samples>{Samples::particles, "particles", "particles"},
+        Choice<Samples>{Samples::corners, "corners", "particles and the corners of their domains, v_c = v_p + L_p (x_c - x_p) (CPLS, Tran et al. 2019); shared corners once, with a velocity of their own"}};
+};
+template <> struct Axis<Tls> {
+    static constexpr std::string_view key = "tls", what = "what projection tls reconstructs";
+    static constexpr std::array choices{
+        Choice<Tls>{Tls::both, "both", "density and momentum for the nodes' velocities, stress for the forces"},
+        Choice<Tls>{Tls::velocity, "velocity", "density and momentum; forces from the particles"},
+        Choice<Tls>{Tls::stress, "stress", "stress; velocities by projection mass"}};
 };
 template <> struct Axis<Quadrature> {
     static constexpr std::string_view key = "quadrature", what = "integration of mass and forces";
-    static constexpr std::array choices{Choice<Quadrature>{Quadrature::particle, "particle", "sum over particle volumes; conserves mass and linear momentum"}};
+    static constexpr std::array choices{
+        Choice<Quadrature>{Quadrature::particle, "particle", "sum over particle volumes; conserves mass and linear momentum"},
+        Choice<Quadrature>{Quadrature::cell, "cell", "one point a cell, mls of density, stress and body force (IMPM, Gong 2015, sec. 5.3); does not conserve mass"},
+        Choice<Quadrature>{Quadrature::gauss, "gauss", "2^D Gauss points a cell, Taylor least squares of stress and body force (Wobbes et al. 2020); of mass with projection tls"}};
+};
+template <> struct Axis<CellVolume> {
+    static constexpr std::string_view key = "cell_volume", what = "volume of a cell in quadratures cell and gauss";
+    static constexpr std::array choices{
+        Choice<CellVolume>{CellVolume::full, "full", "the whole cell; wrong by O(h) where a body ends inside of it"},
+        Choice<CellVolume>{CellVolume::filled, "filled", "next to empty cells the volume of the particles inside, with the one point at their centroid, or their means at Gauss points"}};
 };
 template <> struct Axis<MassMatrix> {
     static constexpr std::string_view key = "mass", what = "mass matrix of the nodes";
@@ -81,11 +116,17 @@ template <> struct Axis<MassMatrix> {
 };
 template <> struct Axis<Gradient> {
     static constexpr std::string_view key = "gradient", what = "velocity gradient at the particle";
-    static constexpr std::array choices{Choice<Gradient>{Gradient::shape, "shape", "sum_i v_i (x) grad phi_ip"}};
+    static constexpr std::array choices{
+        Choice<Gradient>{Gradient::shape, "shape", "sum_i v_i (x) grad phi_ip"},
+        Choice<Gradient>{Gradient::adjoint, "adjoint", "quadratic-spline interpolation of the gradients at cell centres, the adjoint of quadrature cell (docs/design.md)"},
+        Choice<Gradient>{Gradient::affine, "affine", "the affine matrix C_p, in forces too (MLS-MPM, Hu et al. 2018)"}};
 };
 template <> struct Axis<Update> {
     static constexpr std::string_view key = "update", what = "velocity from nodes to particles";
-    static constexpr std::array choices{Choice<Update>{Update::flip, "flip", "increments; a fraction pic_fraction takes the node velocity instead"}};
+    static constexpr std::array choices{
+        Choice<Update>{Update::flip, "flip", "increments; a fraction pic_fraction takes the node velocity instead"},
+        Choice<Update>{Update::apic, "apic", "node velocity and affine matrix (Jiang et al. 2015)"},
+        Choice<Update>{Update::polypic, "polypic", "node velocity and polynomial (Fu et al. 2017)"}};
 };
 template <> struct Axis<Scheme> {
     static constexpr std::string_view key = "scheme", what = "when the stress is updated";
@@ -129,21 +170,25 @@ E parse_choice(std::string_view name)
 
 /// A method: one choice per axis.
 struct MethodSpec {
-    Basis basis           = Basis::hat;
-    Domain domain         = Domain::point;
-    CornerWeights weights = CornerWeights::exact;
-    Projection projection = Projection::mass;
-    Samples samples       = Samples::particles;
-    Quadrature quadrature = Quadrature::particle;
-    MassMatrix mass       = MassMatrix::lumped;
-    Gradient gradient     = Gradient::shape;
-    Update update         = Update::flip;
-    Scheme scheme         = Scheme::usl;
-    Start start           = Start::leapfrog;
-    double pic_fraction   = 0.0;
-    double a0             = 0.5;
-    double lump_below     = 0.3;
-    double stretch_limit  = 0.0;
+    Basis basis            = Basis::hat;
+    Domain domain          = Domain::point;
+    CornerWeights weights  = CornerWeights::exact;
+    Projection projection  = Projection::mass;
+    Weight weight          = Weight::cubic;
+    Samples samples        = Samples::particles;
+    Tls tls                = Tls::both;
+    Quadrature quadrature  = Quadrature::particle;
+    CellVolume cell_volume = CellVolume::full;
+    MassMatrix mass        = MassMatrix::lumped;
+    Gradient gradient      = Gradient::shape;
+    Update update          = Update::flip;
+    Scheme scheme          = Scheme::usl;
+    Start start            = Start::leapfrog;
+    double degree          = 1;
+    double pic_fraction    = 0.0;
+    double a0              = 0.5;
+    double lump_below      = 0.3;
+    double stretch_limit   = 0.0;
 
     bool operator==(const MethodSpec&) const = default;
 };
@@ -156,8 +201,11 @@ void for_each_axis(F&& f)
     f(&MethodSpec::domain);
     f(&MethodSpec::weights);
     f(&MethodSpec::projection);
+    f(&MethodSpec::weight);
     f(&MethodSpec::samples);
+    f(&MethodSpec::tls);
     f(&MethodSpec::quadrature);
+    f(&MethodSpec::cell_volume);
     f(&MethodSpec::mass);
     f(&MethodSpec::gradient);
     f(&MethodSpec::update);
@@ -171,8 +219,11 @@ struct Setting {
     double MethodSpec::*value;
     double min, max;
     std::string_view what;
+    bool is_integer = false;
 };
 inline constexpr std::array settings{
+    Setting{"degree", &MethodSpec::degree, 0, 3,
+            "of the polynomials of projections mls, imls, tls and polynomial and of quadratures cell and gauss", true},
     Setting{"pic_fraction", &MethodSpec::pic_fraction, 0, 1, "part of the velocity update that is PIC instead of FLIP; damps"},
     Setting{"a0", &MethodSpec::a0, 0, 1, "ddmpm: the part of the plain gradient in the middle of a cell"},
     Setting{"lump_below", &MethodSpec::lump_below, 0, 1,
@@ -205,6 +256,36 @@ struct Rule {
 };
 
 inline bool has_cells(const MethodSpec& s) { return s.domain == Domain::cell || s.domain == Domain::simplex; }
+inline bool has_splines(const MethodSpec& s) { return s.basis == Basis::bspline2 || s.basis == Basis::bspline3; }
+/// Velocities of the nodes are least-squares fits there.
+inline bool fits_velocity(const MethodSpec& s) { return s.projection == Projection::mls || s.projection == Projection::imls; }
+/// Mass and momentum are those of the Gauss points.
+inline bool has_tls_velocity(const MethodSpec& s) { return s.projection == Projection::tls && s.tls != Tls::stress; }
+/// Forces are those of the Gauss points.
+inline bool has_gauss_forces(const MethodSpec& s)
+{
+    return s.quadrature == Quadrature::gauss && !(s.projection == Projection::tls && s.tls == Tls::velocity);
+}
+/// Particles carry a matrix from which velocities beside them follow: L_p, or the affine matrix.
+inline bool carries_gradient(const MethodSpec& s)
+{
+    return s.projection == Projection::gradient_enhanced || s.projection == Projection::affine ||
+           (s.samples == Samples::corners && !has_cells(s));
+}
+
+/// The mass of the nodes is that of the particles, to round-off. Where domains reach further than quadrature points, nodes
+/// that only they reach have the particles' mass besides.
+inline bool keeps_mass(const MethodSpec& s)
+{
+    return s.quadrature != Quadrature::cell && !(has_tls_velocity(s) && s.domain != Domain::point);
+}
+/// So is the momentum of the particles before a step and after it, but for forces from outside. Velocities by least squares
+/// do not keep it on the nodes, but increments from them do on the particles, where node masses are sums over particles.
+inline bool keeps_momentum(const MethodSpec& s)
+{
+    const bool has_particle_masses = keeps_mass(s) && !has_tls_velocity(s);
+    return has_particle_masses && !(fits_velocity(s) && s.pic_fraction > 0);
+}
 
 inline const std::vector<Rule>& rules()
 {
@@ -217,6 +298,56 @@ inline const std::vector<Rule>& rules()
         {[](const MethodSpec& s) { return s.stretch_limit > 0 && s.domain != Domain::parallelepiped; },
          "stretch_limit with a domain other than parallelepiped",
          "points and boxes do not stretch with F and cells share their corners: there is nothing that could be scaled"},
+        {[](const MethodSpec& s) { return s.samples == Samples::corners && !fits_velocity(s); },
+         "samples corners with a projection other than mls and imls", "only least squares have samples"},
+        {[](const MethodSpec& s) { return s.samples == Samples::corners && s.domain == Domain::point; },
+         "samples corners with domain point", "a point has no corners: use domain box or parallelepiped"},
+        {[](const MethodSpec& s) {
+             return (s.projection == Projection::affine || s.projection == Projection::polynomial) && s.domain == Domain::point &&
+                    !has_splines(s);
+         },
+         "projection affine or polynomial with domain point and basis hat or ddmpm",
+         "on a node all other hats vanish and nothing determines the matrix: use basis bspline2, or projection "
+         "gradient-enhanced, which is the same elsewhere"},
+        {[](const MethodSpec& s) { return s.projection == Projection::polynomial && s.domain != Domain::point; },
+         "projection polynomial with a domain other than point",
+         "its polynomials are orthogonal for products of one-dimensional weights: use projection affine"},
+        {[](const MethodSpec& s) { return s.projection == Projection::polynomial && !(s.degree == 1 || s.degree == 2); },
+         "projection polynomial with a degree other than 1 and 2",
+         "degree 0 is projection mass, and quadratic splines carry no more than degree 2"},
+        {[](const MethodSpec& s) { return s.gradient == Gradient::affine && (s.domain != Domain::point || !has_splines(s)); },
+         "gradient affine with a domain other than point or a basis other than splines",
+         "the affine matrix stands for the gradient of functions at a point, and hats leave it undetermined on a node"},
+        {[](const MethodSpec& s) { return s.gradient == Gradient::adjoint && s.basis == Basis::ddmpm; },
+         "gradient adjoint with basis ddmpm", "ddmpm is a choice of gradient itself: use basis hat"},
+        {[](const MethodSpec& s) { return s.update == Update::apic && s.projection != Projection::affine; },
+         "update apic with a projection other than affine",
+         "without the affine matrix it would lose all that nodes cannot hold: use projection affine"},
+        {[](const MethodSpec& s) { return (s.update == Update::polypic) != (s.projection == Projection::polynomial); },
+         "update polypic without projection polynomial, or the reverse", "the one finds the polynomials that the other spreads"},
+        {[](const MethodSpec& s) { return s.pic_fraction > 0 && s.update != Update::flip; },
+         "pic_fraction with an update other than flip", "apic and polypic take the node velocity whole"},
+        {[](const MethodSpec& s) { return s.quadrature == Quadrature::cell && s.mass == MassMatrix::consistent; },
+         "quadrature cell with mass consistent", "one point a cell leaves the matrix singular: use mass lumped"},
+        {[](const MethodSpec& s) { return s.cell_volume == CellVolume::filled && s.quadrature == Quadrature::particle; },
+         "cell_volume filled with quadrature particle", "particles have volumes of their own"},
+        {[](const MethodSpec& s) {
+             return s.mass == MassMatrix::consistent &&
+                    (s.projection == Projection::gradient_enhanced || s.projection == Projection::affine ||
+                     s.projection == Projection::polynomial);
+         },
+         "projection gradient-enhanced, affine or polynomial with mass consistent",
+         "particles leave the velocity of the node's place, which lumped mass gives back; the consistent matrix wants that of "
+         "their own: use projection mass"},
+        {[](const MethodSpec& s) { return s.tls != Tls::both && s.projection != Projection::tls; },
+         "tls velocity or stress with a projection other than tls", "it says what that projection reconstructs"},
+        {[](const MethodSpec& s) {
+             return s.projection == Projection::tls && s.tls != Tls::velocity && s.quadrature != Quadrature::gauss;
+         },
+         "projection tls with a quadrature other than gauss",
+         "the stress that it reconstructs is asked for at Gauss points: set quadrature to gauss, or tls to velocity"},
+        {[](const MethodSpec& s) { return s.projection == Projection::tls && s.quadrature == Quadrature::cell; },
+         "projection tls with quadrature cell", "mass would be that of two quadratures: set quadrature to gauss or particle"},
     };
     return rows;
 }
@@ -236,6 +367,18 @@ struct Preset {
     MethodSpec spec;
 };
 
+/// Taylor least squares of everything, on a basis.
+inline MethodSpec tls(Basis basis)
+{
+    return {.basis       = basis,
+            .projection  = Projection::tls,
+            .quadrature  = Quadrature::gauss,
+            .cell_volume = CellVolume::filled,
+            .mass        = MassMatrix::consistent,
+            .scheme      = Scheme::musl,
+            .degree      = 2};
+}
+
 /// The presets, in the order of `ordo list methods`.
 inline const std::vector<Preset>& presets()
 {
@@ -248,12 +391,46 @@ inline const std::vector<Preset>& presets()
          "convected particle domains, quadrilaterals and hexahedra (Gong 2015, sec. 6.5; Sadeghirad et al. 2013)",
          {.domain = Domain::cell}},
         {"cpdi2t", "convected particle domains, triangles and tetrahedra (Nguyen et al. 2017)", {.domain = Domain::simplex}},
+        {"impm",
+         "MLS velocity and one-point cell quadrature (Gong 2015, ch. 5)",
+         {.projection = Projection::mls, .quadrature = Quadrature::cell}},
+        {"impm-adjoint",
+         "impm with the particle gradient that is adjoint to its quadrature; second order where impm is not",
+         {.projection = Projection::mls, .quadrature = Quadrature::cell, .gradient = Gradient::adjoint}},
+        {"icpdi1",
+         "improved CPDI: cpdi1 with MLS velocity (Gong 2015, sec. 6.6)",
+         {.domain = Domain::parallelepiped, .projection = Projection::mls}},
+        {"icpdi2",
+         "improved CPDI: cpdi2 with MLS velocity (Gong 2015, sec. 6.6)",
+         {.domain = Domain::cell, .projection = Projection::mls}},
+        {"cpls",
+         "cpdi1 with improved MLS velocity from particles and corners (Tran et al. 2019)",
+         {.domain = Domain::parallelepiped, .projection = Projection::imls, .samples = Samples::corners}},
+        {"imls-mpm", "mpm with improved MLS velocity (Tran et al. 2019, Table 1)", {.projection = Projection::imls}},
+        {"mls-bsmpm",
+         "quadratic splines with MLS velocity (Tran et al. 2019, Table 1)",
+         {.basis = Basis::bspline2, .projection = Projection::mls, .scheme = Scheme::musl}},
+        {"wls",
+         "ugimp with weighted least squares (Tran et al. 2019, Table 1)",
+         {.domain = Domain::box, .projection = Projection::mls, .weight = Weight::quadratic}},
         {"bsmpm",
          "quadratic splines with a consistent mass matrix (Wobbes et al. 2020)",
          {.basis = Basis::bspline2, .mass = MassMatrix::consistent, .scheme = Scheme::musl}},
         {"ddmpm",
          "dual domain gradient with a consistent mass matrix (Wobbes et al. 2020)",
          {.basis = Basis::ddmpm, .mass = MassMatrix::consistent, .scheme = Scheme::musl}},
+        {"tls-mpm", "mpm with Taylor least squares (Wobbes et al. 2020)", tls(Basis::hat)},
+        {"tls-ddmpm", "ddmpm with Taylor least squares (Wobbes et al. 2020)", tls(Basis::ddmpm)},
+        {"tls-bsmpm", "bsmpm with Taylor least squares (Wobbes et al. 2020)", tls(Basis::bspline2)},
+        {"apic",
+         "affine particle-in-cell (Jiang et al. 2015)",
+         {.basis = Basis::bspline2, .projection = Projection::affine, .update = Update::apic}},
+        {"mls-mpm",
+         "apic with forces and gradients by the affine matrix (Hu et al. 2018)",
+         {.basis = Basis::bspline2, .projection = Projection::affine, .gradient = Gradient::affine, .update = Update::apic}},
+        {"polypic",
+         "polynomial particle-in-cell, multilinear (Fu et al. 2017)",
+         {.basis = Basis::bspline2, .projection = Projection::polynomial, .update = Update::polypic}},
     };
     return rows;
 }

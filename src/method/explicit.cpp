@@ -2,6 +2,7 @@
 
 #include "kernels/nodes.hpp"
 #include "method/layout.hpp"
+#include "method/reconstruction.hpp"
 
 #include <fmt/format.h>
 
@@ -58,6 +59,13 @@ std::string describe(Fault fault, const MethodSpec& method)
 }
 
 template <int D>
+Lanes momentum_and_mass(const Vec<D>& mv, double m)
+{
+    const Vec<3> p = padded(mv);
+    return make_lanes(p[0], p[1], p[2], m, 0, 0, 0, 0);
+}
+
+template <int D>
 void require_sound(const MethodSpec& method, const State<D>& s)
 {
     if (s.fault.fault == Fault::none) return;
@@ -75,8 +83,10 @@ template <int D>
 Explicit<D>::Explicit(Model<D> model)
     : model_(std::move(model)),
       passes_(choose_passes<D>(model_.method)),
-      mass_solver_(passes_, model_.method.lump_below),
-      has_body_force_(field_groups(model_).body_force)
+      mass_solver_(passes_, model_.method.lump_below, has_tls_velocity(model_.method)),
+      has_body_force_(field_groups(model_).body_force),
+      keeps_gradient_(model_.method.scheme == Scheme::usl && carries_gradient(model_.method) &&
+                      model_.method.projection != Projection::affine)
 {}
 
 template <int D>
@@ -137,34 +147,53 @@ void Explicit<D>::step(State<D>& s, double dt) const
     Lanes* strain = scheme == Scheme::usl ? nodes : s.strain_nodes.data();
 
     clear_nodes(s, nodes);
+    s.projection.fit    = {};
+    bool has_velocities = true;
     if (scheme == Scheme::usf) {
-        scatter(s, passes_.project, nodes, 0, NodeLane::end);  // m_i, (m v)_i <- particles
-        velocities(s, nodes);                                  // v_i
+        project(s, nodes);     // m_i, (m v)_i <- particles
+        velocities(s, nodes);  // v_i
         s.halo.copy(nodes);
         copy(strain, nodes, s.tiles);
         constrain(s, strain, s.t_v);
+        find_gradients(s, strain);
         gather(s, passes_.stress_of_past, strain, s.dt_prev);  // F_p, sigma_p at t_n from v_i of the step that led here
         evaluate_external_forces(s);
-        scatter(s, passes_.force, nodes, NodeLane::increment, NodeLane::volume);  // f_i <- sigma_p
+        add_forces(s, nodes, false);  // f_i <- sigma_p
     } else {
         evaluate_external_forces(s);
-        project_and_force(s, nodes);  // m_i, (m v)_i, f_i <- particles
+        has_velocities = project_and_force(s, nodes);  // m_i, (m v)_i or v_i, f_i <- particles
     }
-    const bool has_velocities = scheme == Scheme::usf;
+    if (s.projection.is_wanted) {
+        if (!has_velocities && passes_.velocity_fit.solve) {
+            velocities(s, nodes);
+            has_velocities = true;
+        }
+        report_projection(s, nodes, has_velocities);
+    }
     advance(s, nodes, dt_kick, t_kicked, has_velocities);  // v_i; a_i = f_i/m_i + g; v_i += dt a_i
     constrain(s, nodes, t_kicked);
 
+    // Last the motion, so that every phi before it is at x_n.
     switch (scheme) {
-    case Scheme::usf: gather(s, passes_.velocity_and_move, nodes, dt); break;
-    case Scheme::usl: gather(s, passes_.update_all, nodes, dt); break;
+    case Scheme::usf:
+        if (passes_.keep) gather(s, passes_.keep, nodes, dt);
+        gather(s, passes_.velocity_and_move, nodes, dt);
+        break;
+    case Scheme::usl:
+        if (passes_.keep && !keeps_gradient_) gather(s, passes_.keep, nodes, dt);
+        find_gradients(s, nodes);
+        gather(s, passes_.update_all, nodes, dt);
+        break;
     case Scheme::musl:
         gather(s, passes_.update_velocity, nodes, dt);  // v_p <- a_i
+        if (passes_.keep) gather(s, passes_.keep, nodes, dt);
         clear_nodes(s, strain);
-        scatter(s, passes_.project, strain, 0, NodeLane::end);  // the same nodes again, with the new v_p
+        project(s, strain);  // the same nodes again, with the new v_p
         velocities(s, strain);
         constrain(s, strain, t_kicked);
-        gather(s, passes_.update_stress, strain, dt);          // F_p, sigma_p from the remapped velocity
-        if (passes_.move) gather(s, passes_.move, nodes, dt);  // last, so that every phi above is at x_n
+        find_gradients(s, strain);
+        gather(s, passes_.update_stress, strain, dt);  // F_p, sigma_p from the remapped velocity
+        if (passes_.move) gather(s, passes_.move, nodes, dt);
         break;
     }
     if (passes_.move_corners) move_corners(s, nodes, dt);  // cells: x_c, then x_p and V_p
@@ -177,20 +206,22 @@ void Explicit<D>::step(State<D>& s, double dt) const
 }
 
 template <int D>
-Vec<D> Explicit<D>::project(State<D>& s) const
+const ProjectionReport& Explicit<D>::project(State<D>& s) const
 {
     sort_if_stale(s);
     Lanes* nodes = s.nodes.data();
     clear_nodes(s, nodes);
-    scatter(s, passes_.project, nodes, 0, NodeLane::end);
-    Vec<D> momentum{};
-    for (const Index<D>& block : s.tiles.blocks())
-        s.tiles.nodes_of(block).for_each([&](const Index<D>& at) {
-            for (int a = 0; a < D; ++a) momentum[a] += nodes[s.lattice.offset(at)][NodeLane::velocity + a];
-        });
-    velocities(s, nodes);
+    s.projection.fit = {};
+    evaluate_external_forces(s);
+    bool has_velocities = project_and_force(s, nodes);
+    if (!has_velocities && passes_.velocity_fit.solve) {
+        velocities(s, nodes);
+        has_velocities = true;
+    }
+    report_projection(s, nodes, has_velocities);
+    if (!has_velocities) velocities(s, nodes);
     constrain(s, nodes, s.t_v);
-    return momentum;
+    return s.projection;
 }
 
 template <int D>
@@ -226,8 +257,10 @@ Sweep<D> Explicit<D>::sweep(State<D>& s, Lanes* nodes, double dt) const
             nodes,
             model_.materials.data(),
             dt,
-            model_.method.pic_fraction,
-            model_.method.stretch_limit};
+            model_.method.update == Update::flip ? model_.method.pic_fraction : 1.0,
+            model_.method.stretch_limit,
+            keeps_gradient_,
+            s.gradients.data()};
 }
 
 template <int D>
@@ -240,8 +273,10 @@ void Explicit<D>::clear_nodes(State<D>& s, Lanes* nodes) const
 template <int D>
 void Explicit<D>::velocities(State<D>& s, Lanes* nodes) const
 {
-    Stopwatch watch(times_, StageTimes::nodes);
-    if (model_.method.mass == MassMatrix::lumped)
+    Stopwatch watch(times_, passes_.velocity_fit.solve ? StageTimes::fit : StageTimes::nodes);
+    if (passes_.velocity_fit.solve)
+        fit_velocities(model_, passes_.velocity_fit, s, sweep(s, nodes, 0.0), nodes);
+    else if (model_.method.mass == MassMatrix::lumped)
         ordo::velocities(nodes, s.tiles);
     else
         mass_solver_.solve(s, sweep(s, nodes, 0.0), nodes, s.known.data(), MassSolver<D>::kVelocity);
@@ -251,7 +286,7 @@ template <int D>
 void Explicit<D>::advance(State<D>& s, Lanes* nodes, double dt, double t, bool has_velocities) const
 {
     const bool is_lumped = model_.method.mass == MassMatrix::lumped;
-    if (!has_velocities && (is_lumped || s.constraints.has_prescribed())) {
+    if (!has_velocities && (is_lumped || passes_.velocity_fit.solve || s.constraints.has_prescribed())) {
         velocities(s, nodes);
         has_velocities = true;
     }
@@ -269,16 +304,114 @@ void Explicit<D>::advance(State<D>& s, Lanes* nodes, double dt, double t, bool h
     ordo::advance(nodes, s.tiles, model_.gravity, dt, !is_lumped);
 }
 
+/// m_i and (m v)_i of particles, or of Gauss points.
 template <int D>
-void Explicit<D>::project_and_force(State<D>& s, Lanes* nodes) const
+void Explicit<D>::project(State<D>& s, Lanes* nodes) const
 {
-    if (passes_.project_and_force) {
+    if (has_tls_velocity(model_.method)) {
+        fit_cells(s);
+        scatter_points(s, passes_.project_points, nodes, 0, NodeLane::end);
+        if (model_.method.domain == Domain::point) return;
+        make_room(s.particle_nodes, s.nodes.size());
+        Lanes* of_particles = s.particle_nodes.data();
+        clear_nodes(s, of_particles);
+        scatter(s, passes_.project, of_particles, 0, NodeLane::end);
+        settle_masses(s, nodes, of_particles, false);
+    } else {
+        scatter(s, passes_.project, nodes, 0, NodeLane::end);
+    }
+}
+
+/// The same and f_i; true where the nodes have velocities already instead of momenta.
+template <int D>
+bool Explicit<D>::project_and_force(State<D>& s, Lanes* nodes) const
+{
+    if (passes_.project_and_force && !passes_.cell_fit.spread) {
         scatter(s, passes_.project_and_force, nodes, 0, NodeLane::end);
+        return false;
+    }
+    project(s, nodes);
+    const bool has_own_masses = model_.method.quadrature == Quadrature::cell;
+    if (has_own_masses) velocities(s, nodes);
+    s.halo.copy(nodes);
+    add_forces(s, nodes, has_tls_velocity(model_.method));
+    return has_own_masses;
+}
+
+/// f_i of the quadrature; with quadrature `cell` m_i too, then nodes must have velocities. `has_points`: they are there.
+template <int D>
+void Explicit<D>::add_forces(State<D>& s, Lanes* nodes, bool has_points) const
+{
+    constexpr int force = NodeLane::increment;
+    const bool is_cell  = model_.method.quadrature == Quadrature::cell;
+    if (!is_cell && !has_gauss_forces(model_.method)) {
+        scatter(s, passes_.force, nodes, force, NodeLane::volume);
         return;
     }
-    scatter(s, passes_.project, nodes, 0, NodeLane::end);
-    s.halo.copy(nodes);
-    scatter(s, passes_.force, nodes, NodeLane::increment, NodeLane::volume);
+    if (!has_points) fit_cells(s);
+    if (is_cell) {
+        make_room(s.particle_nodes, s.nodes.size());
+        Lanes* of_particles = s.particle_nodes.data();
+        copy(of_particles, nodes, s.tiles);
+        clear_masses(nodes, s.tiles);
+        if (passes_.project_and_force_points) {
+            scatter_points(s, passes_.project_and_force_points, nodes, NodeLane::mass, NodeLane::end);
+        } else {
+            scatter_points(s, passes_.project_points, nodes, NodeLane::mass, NodeLane::end);
+            s.halo.copy(nodes);
+            scatter_points(s, passes_.force_points, nodes, force, NodeLane::volume);
+        }
+        settle_masses(s, nodes, of_particles, true);
+    } else {
+        scatter_points(s, passes_.force_points, nodes, force, NodeLane::volume);
+    }
+    if (!model_.tractions.empty()) scatter(s, passes_.surface_force, nodes, force, NodeLane::volume);
+}
+
+template <int D>
+void Explicit<D>::fit_cells(State<D>& s) const
+{
+    Stopwatch watch(times_, StageTimes::fit);
+    ordo::fit_cells(model_, passes_.cell_fit, s, sweep(s, nullptr, 0.0));
+}
+
+/// Where particles take their gradients from the centres of cells: those of the velocities of `nodes`.
+template <int D>
+void Explicit<D>::find_gradients(State<D>& s, const Lanes* nodes) const
+{
+    if (!passes_.gradient_at_center) return;
+    Stopwatch watch(times_, StageTimes::fit);
+    find_cell_gradients(passes_, s, nodes);
+}
+
+/// Sums over nodes that hold velocities, or momenta; images of periodic axes do not count.
+template <int D>
+void Explicit<D>::report_projection(State<D>& s, const Lanes* nodes, bool has_velocities) const
+{
+    const ParticleView<D> p = s.particles.view();
+    auto add                = [](Lanes& total, const Lanes& one) { total += one; };
+    const Lanes before      = parallel_reduce(
+             p.count, Lanes{}, [&](std::ptrdiff_t i) { return momentum_and_mass(p.m[i] * p.v[i], p.m[i]); }, add);
+    const auto& blocks = s.tiles.blocks();
+    std::vector<Lanes> partial(blocks.size(), Lanes{});
+    s.tiles.for_each_block([&](std::ptrdiff_t k) {
+        s.tiles.nodes_of(blocks[k]).for_each([&](const Index<D>& at) {
+            for (int a = 0; a < D; ++a)
+                if (s.lattice.periodic[a] && s.lattice.periodic_image(a, at[a]) != at[a]) return;
+            const Lanes& n      = nodes[s.lattice.offset(at)];
+            const double factor = has_velocities ? n[NodeLane::mass] : 1.0;
+            partial[k] += n * make_lanes(factor, factor, factor, 1, 0, 0, 0, 0);
+        });
+    });
+    Lanes after{};
+    for (const Lanes& one : partial) after += one;
+    ProjectionReport& r = s.projection;
+    r.mass_before       = before[NodeLane::mass];
+    r.mass_after        = after[NodeLane::mass];
+    for (int a = 0; a < D; ++a) {
+        r.momentum_before[a] = before[NodeLane::velocity + a];
+        r.momentum_after[a]  = after[NodeLane::velocity + a];
+    }
 }
 
 template <int D>
@@ -299,6 +432,16 @@ void Explicit<D>::scatter(State<D>& s, typename Passes<D>::Scatter pass, Lanes* 
     Stopwatch watch(times_, StageTimes::scatter);
     const Sweep<D> view = sweep(s, nodes, 0.0);
     s.tiles.for_each_by_colour([&](const Tile& tile) { pass(view, tile.begin, tile.end); });
+    s.halo.add(nodes, first_lane, last_lane);
+}
+
+template <int D>
+void Explicit<D>::scatter_points(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const
+{
+    Stopwatch watch(times_, StageTimes::scatter);
+    Sweep<D> view = sweep(s, nodes, 0.0);
+    view.p        = s.points.view();
+    s.points.for_each_by_colour([&](const Tile& tile) { pass(view, tile.begin, tile.end); });
     s.halo.add(nodes, first_lane, last_lane);
 }
 

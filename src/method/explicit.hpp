@@ -12,8 +12,8 @@ namespace ordo {
 
 /// Wall time per stage of the step, s; for `ordo bench`.
 struct StageTimes {
-    enum Stage { sort, body_force, scatter, nodes, gather, count };
-    static constexpr std::array<std::string_view, count> names{"sort", "body_force", "scatter", "nodes", "gather"};
+    enum Stage { sort, body_force, scatter, fit, nodes, gather, count };
+    static constexpr std::array<std::string_view, count> names{"sort", "body_force", "scatter", "fit", "nodes", "gather"};
     std::array<double, count> seconds{};
 };
 
@@ -34,8 +34,8 @@ class Explicit {
     State<D> start_deformed(Particles<D> particles) const;
 
     /// Velocities of the nodes as the next step would find them, under boundary conditions, in lanes of `s.nodes`.
-    /// Returns the momentum of all nodes before the conditions, kg m/s; on periodic axes nodes count at each image.
-    Vec<D> project(State<D>& s) const;
+    /// Returns what mass and momentum the projection kept before the conditions.
+    const ProjectionReport& project(State<D>& s) const;
 
     /// One step of size dt. Throws NumericalError with step, time, particle and quantity; the state is then that after
     /// the failed step and can still be written.
@@ -50,9 +50,15 @@ class Explicit {
     void clear_nodes(State<D>& s, Lanes* nodes) const;
     void velocities(State<D>& s, Lanes* nodes) const;
     void advance(State<D>& s, Lanes* nodes, double dt, double t, bool has_velocities) const;
-    void project_and_force(State<D>& s, Lanes* nodes) const;
+    void project(State<D>& s, Lanes* nodes) const;
+    bool project_and_force(State<D>& s, Lanes* nodes) const;
+    void add_forces(State<D>& s, Lanes* nodes, bool has_points) const;
+    void fit_cells(State<D>& s) const;
+    void report_projection(State<D>& s, const Lanes* nodes, bool has_velocities) const;
+    void find_gradients(State<D>& s, const Lanes* nodes) const;
     void move_corners(State<D>& s, Lanes* nodes, double dt) const;
     void scatter(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const;
+    void scatter_points(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const;
     void gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt) const;
     void constrain(State<D>& s, Lanes* nodes, double t) const;
     Sweep<D> sweep(State<D>& s, Lanes* nodes, double dt) const;
@@ -61,6 +67,7 @@ class Explicit {
     Passes<D> passes_;
     MassSolver<D> mass_solver_;
     bool has_body_force_;
+    bool keeps_gradient_;  ///< the pass that does all stores L_p too
     StageTimes* times_ = nullptr;
 };
 

@@ -43,7 +43,12 @@ void MassSolver<D>::apply(State<D>& s, const Sweep<D>& sweep, const Lanes* from,
     clear(to, s.tiles);
     Sweep<D> view = sweep;
     view.nodes    = to;
-    s.tiles.for_each_by_colour([&](const Tile& tile) { passes_.apply_mass(view, from, tile.begin, tile.end); });
+    if (is_of_points_) {
+        view.p = s.points.view();
+        s.points.for_each_by_colour([&](const Tile& tile) { passes_.apply_mass_points(view, from, tile.begin, tile.end); });
+    } else {
+        s.tiles.for_each_by_colour([&](const Tile& tile) { passes_.apply_mass(view, from, tile.begin, tile.end); });
+    }
     s.halo.add(to, 0, NodeLane::end);
 }
 

@@ -16,7 +16,9 @@ namespace ordo {
 template <int D>
 class MassSolver {
   public:
-    MassSolver(const Passes<D>& passes, double lump_below) : passes_(passes), lump_below_(lump_below) {}
+    MassSolver(const Passes<D>& passes, double lump_below, bool is_of_points)
+        : passes_(passes), lump_below_(lump_below), is_of_points_(is_of_points)
+    {}
 
     /// Momenta (lanes of the velocity) become velocities, forces (lanes of the increment) accelerations; which of them, says
     /// `parts`. `known` has the accelerations of constrained components in the same lanes; fixed velocities are zero. Masses and volumes of `nodes` must be
@@ -31,6 +33,7 @@ class MassSolver {
 
     Passes<D> passes_;
     double lump_below_;
+    bool is_of_points_;  ///< sums over quadrature points instead of particles
     mutable int iterations_ = 0;
 };
 

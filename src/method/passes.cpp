@@ -13,21 +13,36 @@ ORDO_PASSES_OF(2)
 ORDO_PASSES_OF(3)
 #undef ORDO_PASSES_OF
 
+namespace {
+
 template <int D>
-Passes<D> choose_passes(const MethodSpec& spec)
+Passes<D> passes_of_basis(const MethodSpec& spec)
 {
-    if (const Rule* rule = broken_rule(spec)) throw InputError(std::string(rule->what) + ": " + std::string(rule->why));
     switch (spec.basis) {
     case Basis::hat: return passes_of<D, Hat>(spec);
     case Basis::bspline2: return passes_of<D, BSpline<2>>(spec);
     case Basis::bspline3: return passes_of<D, BSpline<3>>(spec);
     case Basis::ddmpm: {
-        Passes<D> p         = passes_of_shape<DualDomain<D>, Hat, Rigid<D>>();
+        Passes<D> p         = passes_of_shape<DualDomain<D>, Hat, Rigid<D>>(spec);
         p.project_and_force = nullptr;  // its gradients need the masses of the nodes
+        add_points<DualDomain<D>, Hat>(spec, p);
+        p.project_and_force_points = nullptr;
         return p;
     }
     }
     throw std::logic_error("choose_passes: unhandled choice");
+}
+
+}  // namespace
+
+template <int D>
+Passes<D> choose_passes(const MethodSpec& spec)
+{
+    if (const Rule* rule = broken_rule(spec)) throw InputError(std::string(rule->what) + ": " + std::string(rule->why));
+    Passes<D> p    = passes_of_basis<D>(spec);
+    p.velocity_fit = choose_velocity_fit<D>(spec);
+    p.cell_fit     = choose_cell_fit<D>(spec);
+    return p;
 }
 
 template Passes<1> choose_passes(const MethodSpec&);

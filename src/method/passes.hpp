@@ -2,6 +2,7 @@
 // A pass is a template on what it touches only, so that instantiations add up instead of multiplying.
 #pragma once
 
+#include "grid/tiles.hpp"
 #include "kernels/sweep.hpp"
 #include "method/axes.hpp"
 
@@ -9,22 +10,55 @@
 
 namespace ordo {
 
+/// Velocities of nodes as fits; all null where the projection is none.
+template <int D>
+struct VelocityFitPasses {
+    int size                                                                               = 0;  ///< Lanes of a node's record
+    void (*spread)(const Sweep<D>&, Lanes* records, bool with_corners, int begin, int end) = nullptr;
+    void (*solve)(Lanes* nodes, const Lanes* records, const FitChoices&, std::ptrdiff_t first, std::ptrdiff_t end,
+                  FitReport&)                                                              = nullptr;
+};
+
+/// Fields of cells at quadrature points; all null where no quadrature wants them.
+template <int D>
+struct CellFitPasses {
+    int size                                                                             = 0;  ///< Lanes of a cell's record
+    int per_cell                                                                         = 0;  ///< quadrature points
+    void (*spread)(const Sweep<D>&, Lanes* contents, Lanes* records, int begin, int end) = nullptr;
+    /// The points of a cell, from `first` on, which share the volume V; `distance` is that of the one point of quadrature
+    /// `cell` from the centre, in cells.
+    void (*set_points)(const Lattice<D>&, const Index<D>& cell, const Lanes* record, const Lanes& content, const Vec<D>& distance,
+                       double V, bool is_edge, const ParticleView<D>&, int first, FitReport&) = nullptr;
+};
+
 template <int D>
 struct Passes {
     using Scatter = void (*)(const Sweep<D>&, int begin, int end);
     using Gather  = void (*)(const Sweep<D>&, int begin, int end, TileReport&);
+    using Product = void (*)(const Sweep<D>&, const Lanes* from, int begin, int end);
 
     Scatter project;            ///< m_i, (m v)_i
     Scatter force;              ///< f_i
-    Scatter project_and_force;  ///< both in one sweep; null where forces need the masses of the nodes
-    void (*apply_mass)(const Sweep<D>&, const Lanes* from, int begin, int end);  ///< + M from, M the consistent mass matrix
+    Scatter project_and_force;  ///< both in one sweep; null where they do not go together
+    Scatter surface_force;      ///< the part of f_i that acts on faces
+    Product apply_mass;         ///< + M from, M the consistent mass matrix
 
+    /// The same for quadrature points, which are particles of domain `point`.
+    Scatter project_points, force_points, project_and_force_points;
+    Product apply_mass_points;
+
+    VelocityFitPasses<D> velocity_fit;
+    CellFitPasses<D> cell_fit;
+    /// The gradient at the centre of a cell, see kernels/cell_gradient.hpp; null where particles do not use it.
+    void (*gradient_at_center)(const Lattice<D>&, const Tiles<D>&, const Lanes* nodes, const Index<D>& cell, Lanes* record);
+
+    Gather keep;               ///< what particles carry for the next projection; null where that is nothing
     Gather update_velocity;    ///< v_p
     Gather update_stress;      ///< F_p, sigma_p, V_p of the step to come
     Gather stress_of_past;     ///< F_p, sigma_p, V_p of the step that led here
     Gather move;               ///< x_p and domains; of cells nothing
     Gather velocity_and_move;  ///< v_p, x_p and domains in one sweep
-    Gather update_all;         ///< all in one sweep
+    Gather update_all;         ///< all in one sweep, L_p included
 
     void (*move_corners)(const Sweep<D>&, std::ptrdiff_t begin, std::ptrdiff_t end);  ///< x_c; null without cells
     Gather follow_corners;                                                            ///< x_p and V_p; null without cells
@@ -38,5 +72,10 @@ struct Passes {
 /// The passes for a choice that breaks no rule.
 template <int D>
 Passes<D> choose_passes(const MethodSpec& spec);
+
+template <int D>
+VelocityFitPasses<D> choose_velocity_fit(const MethodSpec& spec);
+template <int D>
+CellFitPasses<D> choose_cell_fit(const MethodSpec& spec);
 
 }  // namespace ordo

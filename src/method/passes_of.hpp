@@ -1,6 +1,7 @@
 // The passes of one basis: compiled once for each, see passes_*.cpp.
 #pragma once
 
+#include "kernels/affine.hpp"
 #include "kernels/evolve.hpp"
 #include "kernels/gather.hpp"
 #include "kernels/scatter.hpp"
@@ -16,13 +17,14 @@ namespace ordo {
 
 /// The passes of a shape whose domains follow F by `Evolution`.
 template <Shape S, class Basis, class Evolution>
-Passes<S::dim> passes_of_shape()
+Passes<S::dim> passes_of_shape(const MethodSpec& spec)
 {
     constexpr int D = S::dim;
     Passes<D> p{};
     p.project           = scatter<S, MassMomentum<D>>;
-    p.force             = scatter<S, InternalForce<D>, ExternalForce<D>>;
-    p.project_and_force = scatter<S, MassMomentum<D>, InternalForce<D>, ExternalForce<D>>;
+    p.force             = scatter<S, InternalForce<D>, BodyForce<D>, SurfaceForce<D>>;
+    p.project_and_force = scatter<S, MassMomentum<D>, InternalForce<D>, BodyForce<D>, SurfaceForce<D>>;
+    p.surface_force     = scatter<S, SurfaceForce<D>>;
     p.apply_mass        = apply_mass<S>;
     p.update_velocity   = gather<S, Evolution, kUpdateVelocity>;
     p.update_stress     = gather<S, Evolution, kUpdateStress>;
@@ -34,15 +36,41 @@ Passes<S::dim> passes_of_shape()
     p.reach             = S::reach;
     p.max_reach         = S::max_reach;
     p.interpolate       = interpolate<D, Basis>;
+
+    if (spec.projection == Projection::affine || spec.projection == Projection::gradient_enhanced) {
+        p.project           = project_affine<S>;
+        p.project_and_force = nullptr;
+    }
+    if (spec.projection == Projection::affine)
+        p.keep = keep_affine<S>;
+    else if (carries_gradient(spec))
+        p.keep = keep_gradient<S>;
     return p;
+}
+
+/// The passes of quadrature points, whose shape is S, and what the gradient at cell centres needs.
+template <Shape S, class Basis>
+void add_points(const MethodSpec& spec, Passes<S::dim>& p)
+{
+    constexpr int D            = S::dim;
+    p.project_points           = scatter<S, MassMomentum<D>>;
+    p.force_points             = scatter<S, InternalForce<D>, BodyForce<D>>;
+    p.project_and_force_points = scatter<S, MassMomentum<D>, InternalForce<D>, BodyForce<D>>;
+    p.apply_mass_points        = apply_mass<S>;
+    if (spec.gradient != Gradient::adjoint) return;
+    p.gradient_at_center = [](const Lattice<D>& g, const Tiles<D>& tiles, const Lanes* nodes, const Index<D>& cell,
+                              Lanes* record) {
+        gradient_at_center<D, Basis>(
+            g, nodes, cell, [&](const Index<D>& node) { return tiles.is_active(node); }, record);
+    };
 }
 
 /// The passes of cells: corners move, particles follow.
 template <Shape S, class Basis>
-Passes<S::dim> passes_of_cells()
+Passes<S::dim> passes_of_cells(const MethodSpec& spec)
 {
     constexpr int D     = S::dim;
-    Passes<D> p         = passes_of_shape<S, Basis, OfCorners<S>>();
+    Passes<D> p         = passes_of_shape<S, Basis, OfCorners<S>>(spec);
     p.move              = nullptr;
     p.velocity_and_move = p.update_velocity;
     p.update_all        = gather<S, OfCorners<S>, kUpdateVelocity | kUpdateStress>;
@@ -51,21 +79,42 @@ Passes<S::dim> passes_of_cells()
     return p;
 }
 
+/// The passes of domain `point`.
+template <int D, class Basis>
+Passes<D> passes_of_points(const MethodSpec& spec)
+{
+    if constexpr (Basis::degree > 1) {
+        if (spec.gradient == Gradient::affine) return passes_of_shape<AffinePoint<D, Basis>, Basis, Rigid<D>>(spec);
+        if (spec.projection == Projection::polynomial) {
+            Passes<D> p         = passes_of_shape<Point<D, Basis>, Basis, Rigid<D>>(spec);
+            p.project           = spec.degree > 1 ? project_modes<D, Basis, 2> : project_modes<D, Basis, 1>;
+            p.keep              = spec.degree > 1 ? keep_modes<D, Basis, 2> : keep_modes<D, Basis, 1>;
+            p.project_and_force = nullptr;
+            return p;
+        }
+    }
+    return passes_of_shape<Point<D, Basis>, Basis, Rigid<D>>(spec);
+}
+
 /// The passes of a basis and the domain of `spec`.
 template <int D, class Basis>
 Passes<D> passes_of(const MethodSpec& spec)
 {
-    switch (spec.domain) {
-    case Domain::point: return passes_of_shape<Point<D, Basis>, Basis, Rigid<D>>();
-    case Domain::box: return passes_of_shape<Box<D, Basis>, Basis, Rigid<D>>();
-    case Domain::stretched_box: return passes_of_shape<Box<D, Basis>, Basis, StretchedBox<D>>();
-    case Domain::parallelepiped: return passes_of_shape<Parallelepiped<D, Basis>, Basis, AffineEdges<D>>();
-    case Domain::cell:
-    case Domain::simplex:
-        return spec.weights == CornerWeights::exact ? passes_of_cells<Cell<D, Basis, true>, Basis>()
-                                                    : passes_of_cells<Cell<D, Basis, false>, Basis>();
-    }
-    throw std::logic_error("passes_of: unhandled choice");
+    Passes<D> p = [&] {
+        switch (spec.domain) {
+        case Domain::point: return passes_of_points<D, Basis>(spec);
+        case Domain::box: return passes_of_shape<Box<D, Basis>, Basis, Rigid<D>>(spec);
+        case Domain::stretched_box: return passes_of_shape<Box<D, Basis>, Basis, StretchedBox<D>>(spec);
+        case Domain::parallelepiped: return passes_of_shape<Parallelepiped<D, Basis>, Basis, AffineEdges<D>>(spec);
+        case Domain::cell:
+        case Domain::simplex:
+            return spec.weights == CornerWeights::exact ? passes_of_cells<Cell<D, Basis, true>, Basis>(spec)
+                                                        : passes_of_cells<Cell<D, Basis, false>, Basis>(spec);
+        }
+        throw std::logic_error("passes_of: unhandled choice");
+    }();
+    add_points<Point<D, Basis>, Basis>(spec, p);
+    return p;
 }
 
 }  // namespace ordo

@@ -6,6 +6,8 @@
 #include "particles/seeding.hpp"
 #include "shape/cell_planting.hpp"
 
+#include <cmath>
+
 namespace ordo {
 
 /// A body as cells with shared corners, for domains that are cells and for faces that carry tractions.
@@ -15,6 +17,24 @@ CellMesh<D> mesh_of(const MethodSpec& method, const std::vector<Seed<D>>& seeds,
 {
     const CellMesh<D> mesh = weld(corners.empty() ? corner_points(seeds) : corners);
     return method.domain == Domain::simplex ? split(mesh) : mesh;
+}
+
+/// Velocities v(x), m/s, of particles [begin, end) at their places, of what they carry beside them, and of corners. Gradients
+/// are central differences over a part of a cell, h; zero where v is not finite beside a particle.
+template <int D, class Velocity>
+void set_velocities(Particles<D>& p, int begin, int end, const Velocity& v, const Vec<D>& h)
+{
+    for (int i = begin; i < end; ++i) {
+        p.v[i] = v(p.x[i]);
+        for (int b = 0; b < D && !p.L.empty(); ++b) {
+            Vec<D> d{};
+            d[b]               = 1e-4 * h[b];
+            const Vec<D> slope = (v(p.x[i] + d) - v(p.x[i] - d)) * (0.5 / d[b]);
+            for (int a = 0; a < D; ++a) p.L[i](a, b) = std::isfinite(slope[a]) ? slope[a] : 0.0;
+        }
+        for (int c = 0; c < 1 << D && !p.samples.empty(); ++c)
+            if (p.samples[i] >> c & 1) p.corner_velocity[p.cell[i][c]] = v(p.corner[p.cell[i][c]]);
+    }
 }
 
 /// Particles of material 0 of the model, one a seed or one a cell.

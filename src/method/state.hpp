@@ -9,7 +9,9 @@
 #include "method/axes.hpp"
 #include "method/tractions.hpp"
 #include "particles/particles.hpp"
+#include "shape/weights.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -37,6 +39,37 @@ struct Model {
     Vec<D> gravity{};
 };
 
+/// The points of quadratures `cell` and `gauss`: particles of domain `point` that live for a step. Tiles of one colour share
+/// no node.
+template <int D>
+struct QuadraturePoints {
+    Array<Vec<D>> x, v, b;
+    Array<Mat<D>> sigma;
+    Array<double> m, V;
+    int count = 0;
+    std::array<std::vector<Tile>, Tiles<D>::colour_count> colours;
+
+    ParticleView<D> view();
+    /// Makes room for n points.
+    void resize(int n, bool has_body_force);
+    /// f(tile) for all of them, those of one colour in parallel.
+    template <class F>
+    void for_each_by_colour(F&& f) const
+    {
+        for (const auto& colour : colours)
+            parallel_for(
+                static_cast<std::ptrdiff_t>(colour.size()), [&](std::ptrdiff_t k) { f(colour[k]); }, count >= 1024);
+    }
+};
+
+/// What a projection kept: mass and momentum of the particles before it and of the nodes after it, without conditions.
+struct ProjectionReport {
+    bool is_wanted     = false;                        ///< each step makes the sums
+    double mass_before = 0.0, mass_after = 0.0;        ///< kg
+    Vec<3> momentum_before = {}, momentum_after = {};  ///< kg m/s
+    FitReport fit;
+};
+
 /// What the step changes.
 template <int D>
 struct State {
@@ -51,8 +84,16 @@ struct State {
     Array<Lanes> strain_nodes;           ///< velocities that update the stress, where they are not those of `nodes` (USF, MUSL)
     std::array<Array<Lanes>, 5> solver;  ///< of the consistent mass matrix; empty without it
     Array<Lanes> known;                  ///< values of constrained components, for the same
-    double drift = 0.0;                  ///< bound on any particle's displacement since the sort, cells
-    double reach = 0.0;                  ///< largest distance from a particle to the edge of its domain, cells
+    Array<Lanes> velocity_records;       ///< of least-squares fits of the velocity
+    Array<Lanes> cell_records;           ///< of those of the fields in cells
+    Array<Lanes> cell_contents;          ///< see kernels/cell_fields.hpp
+    Array<Lanes> gradients;              ///< see kernels/cell_gradient.hpp
+    Array<Lanes> particle_nodes;         ///< sums of particles where nodes hold those of quadrature points
+    QuadraturePoints<D> points;          ///< of quadratures cell and gauss
+    ProjectionReport projection;         ///< of the last step
+    double drift    = 0.0;               ///< bound on any particle's displacement since the sort, cells
+    double reach    = 0.0;               ///< largest distance from a particle to the edge of its domain, cells
+    int extra_reach = 0;                 ///< cells beyond it in which its samples count
 
     TileReport fault;  ///< the first fault of the step, if any
 
@@ -63,10 +104,25 @@ struct State {
     long n         = 0;    ///< steps taken
 };
 
+/// `array` with a record of `size` Lanes for each node.
+inline void make_room(Array<Lanes>& array, std::size_t nodes, int size = 1)
+{
+    if (array.size() != nodes * size) array = Array<Lanes>(nodes * size);
+}
+
 /// What the grid of a method is made of.
 inline GridBasis grid_basis(const MethodSpec& method)
 {
     return {.degree = method.basis == Basis::bspline2 ? 2 : method.basis == Basis::bspline3 ? 3 : 1, .a0 = method.a0};
+}
+
+/// Cells beyond a particle's domain in which its samples count at nodes.
+inline int extra_reach(const MethodSpec& method)
+{
+    const bool fits_cells = method.quadrature == Quadrature::cell || method.gradient == Gradient::adjoint;
+    if (!fits_velocity(method)) return fits_cells ? 1 : 0;
+    const int width = method.weight == Weight::hat ? 2 : method.weight == Weight::quadratic ? 3 : 4;
+    return std::max<int>(fits_cells, extra_reach(width, grid_basis(method).degree));
 }
 
 /// Whether a condition stands on a plane inside a grid of splines, where they do not interpolate.
@@ -82,10 +138,13 @@ template <int D>
 FieldGroups field_groups(const Model<D>& model)
 {
     FieldGroups g{};
-    g.box      = model.method.domain == Domain::box || model.method.domain == Domain::stretched_box;
-    g.corners  = model.method.domain == Domain::parallelepiped;
-    g.cells    = has_cells(model.method);
-    g.traction = !model.tractions.empty();
+    g.box            = model.method.domain == Domain::box || model.method.domain == Domain::stretched_box;
+    g.corners        = model.method.domain == Domain::parallelepiped;
+    g.cells          = has_cells(model.method);
+    g.traction       = !model.tractions.empty();
+    g.gradient       = carries_gradient(model.method);
+    g.modes          = model.method.projection == Projection::polynomial;
+    g.corner_samples = g.cells && model.method.samples == Samples::corners;
     for (int a = 0; a < D; ++a) g.periodic = g.periodic || model.periodic[a];
     g.body_force = static_cast<bool>(model.body_force_kernel);
     for (const auto& b : model.body_forces) g.body_force = g.body_force || !is_zero<D>(b);

@@ -15,29 +15,40 @@ namespace ordo {
 template <int D>
 using Turns = Vec<D, int>;
 
+constexpr int power_of(int base, int exponent) { return exponent == 0 ? 1 : base * power_of(base, exponent - 1); }
+
+/// The polynomial of a particle's velocity: m/s a product of orthogonal polynomials of degree 0, 1, 2 along each axis.
+template <int D>
+struct Modes {
+    Vec<D> c[power_of(3, D)];
+};
+
 // FIELD(type, name, group): `group` says which methods need it, see FieldGroups.
-#define ORDO_PARTICLE_FIELDS(FIELD)                                                       \
-    FIELD(Vec<D>, x, always)                 /* position at t_n, m */                     \
-    FIELD(Vec<D>, X, always)                 /* initial position, m */                    \
-    FIELD(Vec<D>, v, always)                 /* velocity at t_n - dt/2, m/s */            \
-    FIELD(Mat<D>, F, always)                 /* deformation gradient */                   \
-    FIELD(Mat<D>, sigma, always)             /* Cauchy stress, Pa */                      \
-    FIELD(double, m, always)                 /* mass, kg */                               \
-    FIELD(double, V0, always)                /* initial volume, m^D */                    \
-    FIELD(double, V, always)                 /* volume J V0, m^D */                       \
-    FIELD(std::int32_t, id, always)          /* place in the order of seeding */          \
-    FIELD(std::int32_t, body, always)        /* index of the body */                      \
-    FIELD(std::int32_t, material, always)    /* index of the material */                  \
-    FIELD(Vec<D>, half0, box)                /* initial half-lengths, m */                \
-    FIELD(Vec<D>, half, box)                 /* half-lengths, m */                        \
-    FIELD(Mat<D>, edges0, corners)           /* initial half-edge vectors, columns, m */  \
-    FIELD(Mat<D>, edges, corners)            /* half-edge vectors F edges0, m */          \
-    FIELD(CornerIds<D>, cell, cells)         /* the corners of the particle's cell */     \
-    FIELD(std::int32_t, load, traction)      /* first of its loads in the model, or -1 */ \
-    FIELD(Vec<D>, traction, traction)        /* force on its faces, N */                  \
-    FIELD(Mat<D>, traction_moment, traction) /* sum of force (x) arm from x, N m */       \
-    FIELD(Vec<D>, b, body_force)             /* body force per mass, m/s^2 */             \
-    FIELD(Turns<D>, turns, periodic)         /* periods travelled along each axis */
+#define ORDO_PARTICLE_FIELDS(FIELD)                                                               \
+    FIELD(Vec<D>, x, always)                     /* position at t_n, m */                         \
+    FIELD(Vec<D>, X, always)                     /* initial position, m */                        \
+    FIELD(Vec<D>, v, always)                     /* velocity at t_n - dt/2, m/s */                \
+    FIELD(Mat<D>, F, always)                     /* deformation gradient */                       \
+    FIELD(Mat<D>, sigma, always)                 /* Cauchy stress, Pa */                          \
+    FIELD(double, m, always)                     /* mass, kg */                                   \
+    FIELD(double, V0, always)                    /* initial volume, m^D */                        \
+    FIELD(double, V, always)                     /* volume J V0, m^D */                           \
+    FIELD(std::int32_t, id, always)              /* place in the order of seeding */              \
+    FIELD(std::int32_t, body, always)            /* index of the body */                          \
+    FIELD(std::int32_t, material, always)        /* index of the material */                      \
+    FIELD(Vec<D>, half0, box)                    /* initial half-lengths, m */                    \
+    FIELD(Vec<D>, half, box)                     /* half-lengths, m */                            \
+    FIELD(Mat<D>, edges0, corners)               /* initial half-edge vectors, columns, m */      \
+    FIELD(Mat<D>, edges, corners)                /* half-edge vectors F edges0, m */              \
+    FIELD(CornerIds<D>, cell, cells)             /* the corners of the particle's cell */         \
+    FIELD(std::int32_t, load, traction)          /* first of its loads in the model, or -1 */     \
+    FIELD(Vec<D>, traction, traction)            /* force on its faces, N */                      \
+    FIELD(Mat<D>, traction_moment, traction)     /* sum of force (x) arm from x, N m */           \
+    FIELD(Vec<D>, b, body_force)                 /* body force per mass, m/s^2 */                 \
+    FIELD(Mat<D>, L, gradient)                   /* velocities beside it: v + L (x - x_p), 1/s */ \
+    FIELD(Modes<D>, modes, modes)                /* the same of higher degree, see Modes */       \
+    FIELD(std::int32_t, samples, corner_samples) /* bit c: it stands for corner c of its cell */  \
+    FIELD(Turns<D>, turns, periodic)             /* periods travelled along each axis */
 
 /// Groups of fields beyond those that every method needs.
 struct FieldGroups {
@@ -47,6 +58,9 @@ struct FieldGroups {
     bool cells                   = false;
     bool traction                = false;
     bool body_force              = false;
+    bool gradient                = false;
+    bool modes                   = false;
+    bool corner_samples          = false;
     bool periodic                = false;
 };
 
@@ -57,7 +71,8 @@ struct ParticleView {
     ORDO_PARTICLE_FIELDS(ORDO_FIELD)
 #undef ORDO_FIELD
     int count;
-    Vec<D>* corner;  ///< positions of the shared corners of cells, m
+    Vec<D>* corner;           ///< positions of the shared corners of cells, m
+    Vec<D>* corner_velocity;  ///< their velocities, m/s; null where they are no samples
 };
 
 /// The owner of the particle fields.
@@ -67,7 +82,8 @@ struct Particles {
     ORDO_PARTICLE_FIELDS(ORDO_FIELD)
 #undef ORDO_FIELD
     int count = 0;
-    Array<Vec<D>> corner;  ///< positions of the shared corners of cells, m; no field of particles, never sorted
+    Array<Vec<D>> corner;           ///< positions of the shared corners of cells, m; no field of particles, never sorted
+    Array<Vec<D>> corner_velocity;  ///< their velocities, m/s, where they are samples
 
     Particles() = default;
     Particles(int n, const FieldGroups& groups) : count(n)
@@ -95,7 +111,7 @@ struct Particles {
             ORDO_PARTICLE_FIELDS(ORDO_FIELD)
 #undef ORDO_FIELD
                 count,
-            corner.data()};
+            corner.data(), corner_velocity.data()};
     }
 
     /// Bytes that one particle occupies in these arrays.

@@ -20,5 +20,6 @@ Case bar_large_strain();
 Case bar_traction();
 Case two_disks();
 Case wall_rebound();
+Case reconstruction();
 
 }  // namespace ordo::verification

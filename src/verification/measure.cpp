@@ -123,21 +123,26 @@ void measure_particles(const Problem<D>& problem, const State<D>& s, Row& row)
     }
 }
 
+/// sum m |v|, kg m/s: what a change of momentum is measured by.
+template <int D>
+double momentum_size(const Particles<D>& p)
+{
+    double size = 0;
+    for (int i = 0; i < p.count; ++i) size += p.m[i] * norm(p.v[i]);
+    return size;
+}
+
 /// Momentum and velocity of the nodes. A node at x has the velocity of the material point that is at x now, at the time
 /// of the velocities.
 template <int D>
 void measure_nodes(const Problem<D>& problem, const Explicit<D>& method, State<D>& s, Row& row)
 {
-    const Vec<D> momentum = method.project(s);
-    Vec<D> defect         = momentum;
-    double size           = 0;
-    for (int i = 0; i < s.particles.count; ++i) {
-        defect -= s.particles.m[i] * s.particles.v[i];
-        size += s.particles.m[i] * norm(s.particles.v[i]);
-    }
+    const ProjectionReport& kept = method.project(s);
+    const double size            = momentum_size(s.particles);
     for (int a = 0; a < D; ++a)
-        row.quantities.emplace_back(std::string("momentum_grid_") + static_cast<char>('x' + a), momentum[a]);
-    row.quantities.emplace_back("momentum_defect", size > 0 ? norm(defect) / size : 0.0);
+        row.quantities.emplace_back(std::string("momentum_grid_") + static_cast<char>('x' + a), kept.momentum_after[a]);
+    row.quantities.emplace_back("momentum_defect", size > 0 ? norm(kept.momentum_after - kept.momentum_before) / size : 0.0);
+    row.quantities.emplace_back("mass_defect", std::fabs(kept.mass_after / kept.mass_before - 1));
     if (problem.is_reference) return;
 
     double sum = 0, volume = 1;
@@ -171,6 +176,8 @@ Row measure(const Problem<D>& given)
     Particles<D> particles = plant_all(problem);
     Explicit<D> method(problem.model);
     row.particles = particles.count;
+    for (std::size_t c = 0; c < particles.corner_velocity.size(); ++c)
+        particles.corner_velocity[c] = problem.solution->velocity(particles.corner[c], 0.0);
     for (Vec<D>& corner : particles.corner) corner = problem.solution->position(corner, 0.0);
     for (int i = 0; i < particles.count; ++i) {
         const Vec<D> X = particles.x[i];
@@ -178,11 +185,21 @@ Row measure(const Problem<D>& given)
         particles.x[i] = problem.solution->position(X, 0.0);
         particles.v[i] = problem.solution->velocity(X, 0.0);
         particles.F[i] = problem.solution->deformation(X, 0.0);
+        if (!particles.L.empty()) particles.L[i] = problem.solution->velocity_gradient(X, 0.0);
     }
-    State<D> s = method.start_deformed(std::move(particles));
-    advance(method, s, row, [](const State<D>&) {});
+    State<D> s             = method.start_deformed(std::move(particles));
+    const double size      = momentum_size(s.particles);
+    s.projection.is_wanted = true;
+    double mass_defect = 0, momentum_defect = 0;
+    advance(method, s, row, [&](const State<D>& now) {
+        const ProjectionReport& kept = now.projection;
+        mass_defect                  = std::max(mass_defect, std::fabs(kept.mass_after / kept.mass_before - 1));
+        momentum_defect              = std::max(momentum_defect, norm(kept.momentum_after - kept.momentum_before));
+    });
     if (!row.failed.empty()) return row;
     measure_particles(problem, s, row);
+    row.quantities.emplace_back("largest_mass_defect", mass_defect);
+    row.quantities.emplace_back("largest_momentum_defect", size > 0 ? momentum_defect / size : 0.0);
     try {
         measure_nodes(problem, method, s, row);
     } catch (const NumericalError& e) {
@@ -203,11 +220,11 @@ Row watch(const Problem<D>& given)
     Particles<D> particles = plant_all(problem);
     Explicit<D> method(problem.model);
     row.particles = particles.count;
-    for (int i = 0; i < particles.count; ++i) particles.v[i] = problem.velocity(particles.x[i]);
+    set_velocities<D>(particles, 0, particles.count, problem.velocity, problem.model.h);
     State<D> s         = method.start(std::move(particles));
     const Totals first = totals(problem.model, s.particles);
-    double size = 0, largest = 0, strain = 0;
-    for (int i = 0; i < s.particles.count; ++i) size += s.particles.m[i] * norm(s.particles.v[i]);
+    const double size  = momentum_size(s.particles);
+    double largest = 0, strain = 0;
     Totals last = first;
     advance(method, s, row, [&](const State<D>& now) {
         last    = totals(problem.model, now.particles);

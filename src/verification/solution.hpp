@@ -22,6 +22,20 @@ class Solution {
     virtual Vec<D> velocity(const Vec<D>& X, double t) const    = 0;  ///< m/s
     virtual Mat<D> deformation(const Vec<D>& X, double t) const = 0;  ///< F
     virtual Mat<D> stress(const Vec<D>& X, double t) const      = 0;  ///< Cauchy, Pa
+
+    /// L = dv/dX F^-1, 1/s, by central differences: jets have no derivatives in space and time.
+    Mat<D> velocity_gradient(const Vec<D>& X, double t) const
+    {
+        constexpr double step = 1e-5;
+        Mat<D> dv{};
+        for (int b = 0; b < D; ++b) {
+            Vec<D> d{};
+            d[b]               = step;
+            const Vec<D> slope = (velocity(X + d, t) - velocity(X - d, t)) * (0.5 / step);
+            for (int a = 0; a < D; ++a) dv(a, b) = slope[a];
+        }
+        return dv * inverse(deformation(X, t));
+    }
 };
 
 /// x, v, a, F and the gradient of F at a material point, T = double or Lanes.

@@ -49,6 +49,8 @@ void set_axis(MethodSpec& spec, const std::string& name, const Value& value)
             if (!number || !(*number >= setting.min && *number <= setting.max))
                 throw InputError(
                     fmt::format("--set method.{}={}: it must be a number from {} to {}", name, choice, setting.min, setting.max));
+            if (setting.is_integer && *number != std::floor(*number))
+                throw InputError(fmt::format("--set method.{}={}: it must be an integer", name, choice));
             spec.*setting.value = *number;
             return;
         }
@@ -253,7 +255,7 @@ std::vector<Bar> operator+(std::vector<Bar> a, const std::vector<Bar>& b)
 int Case::dim_of(const Values& values) const
 {
     for (const auto& [key, value] : values.entries)
-        if (key == "dim") return std::get<std::string>(value) == "3" ? 3 : 2;
+        if (key == "dim") return std::get<std::string>(value)[0] - '0';
     return dim;
 }
 

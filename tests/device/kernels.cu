@@ -1,8 +1,12 @@
 // The kernels compile as device code; run where nvcc is, no GPU needed.
+#include "kernels/affine.hpp"
+#include "kernels/cell_fields.hpp"
+#include "kernels/cell_gradient.hpp"
 #include "kernels/evolve.hpp"
 #include "kernels/gather.hpp"
 #include "kernels/nodes.hpp"
 #include "kernels/scatter.hpp"
+#include "kernels/velocity_fit.hpp"
 #include "method/state.hpp"
 #include "shape/box.hpp"
 #include "shape/corners.hpp"
@@ -16,7 +20,8 @@ __global__ void one(Sweep<S::dim> s, TileReport* r)
     Lanes value{}, flux[S::dim] = {};
     MassMomentum<S::dim>::add(s.p, i, value, flux);
     InternalForce<S::dim>::add(s.p, i, value, flux);
-    ExternalForce<S::dim>::add(s.p, i, value, flux);
+    BodyForce<S::dim>::add(s.p, i, value, flux);
+    SurfaceForce<S::dim>::add(s.p, i, value, flux);
     S::spread(s.lattice, s.p, i, s.nodes, value, flux);
     S::spread_value(s.lattice, s.p, i, s.nodes, value);
     S::collect(s.lattice, s.p, i, s.nodes, value, flux);
@@ -37,6 +42,7 @@ using EdgesSpline = Parallelepiped<3, BSpline<2>>;
 using CellHat = Cell<3, Hat, true>;
 using CellSpline = Cell<2, BSpline<3>, false>;
 using DualPoint = DualDomain<2>;
+using SplineAffine = AffinePoint<3, BSpline<2>>;
 ORDO_ONE(PointHat, 3, Rigid<3>)
 ORDO_ONE(PointSpline, 3, Rigid<3>)
 ORDO_ONE(BoxHat, 2, StretchedBox<2>)
@@ -46,3 +52,22 @@ ORDO_ONE(EdgesSpline, 3, AffineEdges<3>)
 ORDO_ONE(CellHat, 3, OfCorners<CellHat>)
 ORDO_ONE(CellSpline, 2, OfCorners<CellSpline>)
 ORDO_ONE(DualPoint, 2, Rigid<2>)
+ORDO_ONE(SplineAffine, 3, Rigid<3>)
+
+/// Fits: samples and sums of one particle, the solve of one target.
+template <int D, int degree>
+__global__ void fit(Sweep<D> s, Lanes* records, Vec<D> distance)
+{
+    using M = Moments<D, degree, D>;
+    const ParticleSamples<D> samples(s.lattice, s.p, 0, true);
+    M::add(records, distance, 1.0, samples.v[1].c);
+    double matrix[M::unknowns][M::unknowns], row[M::unknowns];
+    M::matrix(records, matrix);
+    const Ldl<M::unknowns> ldl(matrix);
+    ldl.first_row(row);
+    s.p.v[0][0] = row[0] + M::mean(records, 0);
+    interpolate_gradient(s, 0, s.p.F[0]);
+}
+template __global__ void fit<2, 2>(Sweep<2>, Lanes*, Vec<2>);
+template __global__ void fit<3, 1>(Sweep<3>, Lanes*, Vec<3>);
+

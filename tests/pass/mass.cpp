@@ -126,7 +126,7 @@ struct Body {
     /// Solved in place; returns the iterations.
     int solve(double lump_below)
     {
-        const MassSolver<D> solver(passes, lump_below);
+        const MassSolver<D> solver(passes, lump_below, false);
         fill_known();
         solver.solve(s, sweep(), s.nodes.data(), s.known.data(), MassSolver<D>::kAcceleration);
         return solver.iterations();

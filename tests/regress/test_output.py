@@ -10,7 +10,12 @@ import vtk
 
 from harness import CASE, PRESETS, TWO_DISKS, InTemporaryDirectory, arrays, contents, edit, frames, history, ordo, particle_data, read_vtk
 
-HISTORY = "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy"
+HISTORY = (
+    "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy,"
+    "projection_mass_before,projection_mass_after,projection_momentum_x_before,projection_momentum_y_before,"
+    "projection_momentum_z_before,projection_momentum_x_after,projection_momentum_y_after,projection_momentum_z_after,"
+    "dropped_pivots,fallback_nodes"
+)
 FIELDS = ["displacement", "velocity", "stress", "deformation_gradient", "density", "mass", "volume", "pressure", "von_mises", "energy_density"]
 VERTEX, DOMAINS = 1, {1: 3, 2: 9, 3: 12}  # VTK's line, quad, hexahedron
 

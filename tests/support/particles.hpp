@@ -13,6 +13,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <string>
@@ -41,20 +42,32 @@ Mat<D> random_deformation(Random& random, double size)
     }
 }
 
-/// Every combination of the axes, allowed or not: from the tables, so that a new choice is among them.
+/// `specs`, and each of them with any one axis changed.
+inline std::vector<MethodSpec> with_neighbours(const std::vector<MethodSpec>& specs)
+{
+    std::vector<MethodSpec> r;
+    auto add = [&](const MethodSpec& s) {
+        if (std::find(r.begin(), r.end(), s) == r.end()) r.push_back(s);
+    };
+    for (const MethodSpec& s : specs) add(s);
+    for (const MethodSpec& s : specs)
+        for_each_axis([&](auto axis) {
+            for (const auto& choice : Axis<std::decay_t<decltype(s.*axis)>>::choices) {
+                MethodSpec other = s;
+                other.*axis      = choice.value;
+                add(other);
+            }
+        });
+    return r;
+}
+
+/// Combinations of the axes, allowed or not: every pair of choices, every preset, and every preset with any one axis
+/// changed. From the tables, so that a new choice is among them.
 inline std::vector<MethodSpec> all_specs()
 {
-    std::vector<MethodSpec> specs(1);
-    for_each_axis([&](auto axis) {
-        std::vector<MethodSpec> more;
-        for (const MethodSpec& s : specs)
-            for (const auto& choice : Axis<std::decay_t<decltype(s.*axis)>>::choices) {
-                more.push_back(s);
-                more.back().*axis = choice.value;
-            }
-        specs = std::move(more);
-    });
-    return specs;
+    std::vector<MethodSpec> specs = with_neighbours({MethodSpec{}});
+    for (const Preset& p : presets()) specs.push_back(p.spec);
+    return with_neighbours(specs);
 }
 
 inline MethodSpec shape_spec(Basis basis, Domain domain, CornerWeights weights = CornerWeights::exact)
@@ -70,8 +83,10 @@ inline MethodSpec shape_spec(Basis basis, Domain domain, CornerWeights weights =
 inline std::vector<MethodSpec> shapes()
 {
     std::vector<MethodSpec> r;
-    for (const MethodSpec& s : all_specs())
-        if (s == shape_spec(s.basis, s.domain, s.weights) && !broken_rule(s)) r.push_back(s);
+    for (const auto& basis : Axis<Basis>::choices)
+        for (const auto& domain : Axis<Domain>::choices)
+            for (const auto& weights : Axis<CornerWeights>::choices)
+                if (const MethodSpec s = shape_spec(basis.value, domain.value, weights.value); !broken_rule(s)) r.push_back(s);
     return r;
 }
 

@@ -8,7 +8,7 @@
 namespace ordo {
 namespace {
 
-/// The allowed combinations of the axes. In 3D not every start, to save time.
+/// The allowed ones of all_specs. In 3D not every start, to save time.
 std::vector<MethodSpec> allowed(int dim)
 {
     std::vector<MethodSpec> r;
@@ -23,6 +23,7 @@ constexpr int cells_of_box()
     return D == 1 ? 16 : 8;
 }
 constexpr int kSteps = 20;
+constexpr double kPi = 3.14159265358979324;
 
 /// A rigid translation stays one, exactly: nothing deforms, every velocity is kept.
 /// `shift` of a cell from the usual places: a quarter puts particles on cell faces, where hats have two slopes.
@@ -30,21 +31,24 @@ template <int D>
 void check_translation(const MethodSpec& spec, double shift)
 {
     const Explicit<D> method(test::unit_box<D>(cells_of_box<D>(), spec));
+    // Those of the solver, and of fits at nodes far from their samples.
+    const double tolerance = spec.mass == MassMatrix::consistent ? 1e-9 : fits_velocity(spec) ? 1e-10 : 1e-11;
     const double h = method.model().h[0], low = 0.25 + shift * h, time = 0.01 * h * kSteps;
     State<D> s = method.start(plant_all(method.model(), test::block(method.model(), low, low + 2 * h, 2)));
     const std::vector<Vec<D>> corners(s.particles.corner.begin(), s.particles.corner.end());
     Vec<D> v{};
     for (int a = 0; a < D; ++a) v[a] = 7 - 3 * a;  // a cell and more
-    for (Vec<D>& w : s.particles.v) w = v;
+    set_velocities(
+        s.particles, 0, s.particles.count, [&](const Vec<D>&) { return v; }, method.model().h);
     for (int k = 0; k < kSteps; ++k) method.step(s, time / kSteps);
     for (int i = 0; i < s.particles.count; ++i)
         for (int a = 0; a < D; ++a) {
-            EXPECT_NEAR(s.particles.v[i][a], v[a], 1e-11);
-            EXPECT_NEAR(s.particles.x[i][a] - s.particles.X[i][a], time * v[a], 1e-12);
-            for (int b = 0; b < D; ++b) EXPECT_NEAR(s.particles.F[i](a, b), a == b, 1e-11);
+            EXPECT_NEAR(s.particles.v[i][a], v[a], tolerance);
+            EXPECT_NEAR(s.particles.x[i][a] - s.particles.X[i][a], time * v[a], 0.1 * tolerance);
+            for (int b = 0; b < D; ++b) EXPECT_NEAR(s.particles.F[i](a, b), a == b, tolerance);
         }
     for (std::size_t c = 0; c < corners.size(); ++c)
-        for (int a = 0; a < D; ++a) EXPECT_NEAR(s.particles.corner[c][a], corners[c][a] + time * v[a], 1e-12);
+        for (int a = 0; a < D; ++a) EXPECT_NEAR(s.particles.corner[c][a], corners[c][a] + time * v[a], 0.1 * tolerance);
 }
 template <int D>
 void check_translations(const MethodSpec& spec)
@@ -58,18 +62,40 @@ TEST(Combinations, ConstantVelocityIsExactIn3D)
     test::for_each_spec(allowed(3), [](const MethodSpec& spec) { check_translation<3>(spec, 0.25 + 1e-15); });
 }
 
-/// Twenty steps of a wobbling block: finite, mass and momentum kept, every particle still there.
+/// Methods for bodies that fill their cells: points of cells stand for material where there is none, and weights narrower
+/// than 2h find one layer of particles at a free surface and extrapolate from it. They want three particles an axis.
+bool needs_full_cells(const MethodSpec& spec)
+{
+    return spec.quadrature != Quadrature::particle || (fits_velocity(spec) && spec.weight != Weight::cubic);
+}
+
+/// Twenty steps of a wobbling block: finite, every particle still there, and what the method claims to keep is kept.
 template <int D>
 void check_conservation(const MethodSpec& spec, MaterialModel material)
 {
-    Model<D> model           = test::unit_box<D>(cells_of_box<D>(), spec);
+    const bool is_walled     = needs_full_cells(spec);
+    Model<D> model           = test::unit_box<D>(D == 3 && is_walled ? 4 : cells_of_box<D>(), spec);
     model.materials[0].model = material;
+    if (is_walled)
+        for (int a = 0; a < D; ++a)
+            for (const bool is_above : {false, true})
+                model.boundaries.push_back(Boundary<D>{.axis           = a,
+                                                       .outer_is_above = is_above,
+                                                       .at             = is_above ? 1.0 : 0.0,
+                                                       .type           = BoundaryType::symmetry,
+                                                       .value          = {}});
     const Explicit<D> method(std::move(model));
-    State<D> s = method.start(plant_all(method.model(), test::block(method.model(), 0.25, D == 3 ? 0.5 : 0.75, 2)));
-    for (int i = 0; i < s.particles.count; ++i)
-        for (int a = 0; a < D; ++a) s.particles.v[i][a] = 0.05 * std::sin(6 * s.particles.x[i][a]) + 0.02;
+    const double low = is_walled ? 0.0 : 0.25, high = is_walled ? 1.0 : D == 3 ? 0.5 : 0.75;
+    State<D> s  = method.start(plant_all(method.model(), test::block(method.model(), low, high, is_walled ? 3 : 2)));
+    auto wobble = [&](const Vec<D>& x) {
+        Vec<D> v{};
+        for (int a = 0; a < D; ++a) v[a] = is_walled ? 0.05 * std::sin(kPi * x[a]) : 0.05 * std::sin(6 * x[a]) + 0.02;
+        return v;
+    };
+    set_velocities(s.particles, 0, s.particles.count, wobble, method.model().h);
     const Totals before = totals(method.model(), s.particles);
-    for (int k = 0; k < kSteps; ++k) method.step(s, 0.1 * courant_time_step(method.model(), s.particles));
+    const int steps     = D == 3 && is_walled ? kSteps / 2 : kSteps;
+    for (int k = 0; k < steps; ++k) method.step(s, 0.1 * courant_time_step(method.model(), s.particles));
     const Totals after = totals(method.model(), s.particles);
     double size        = 0;
     std::vector<bool> seen(s.particles.x.size());
@@ -82,11 +108,12 @@ void check_conservation(const MethodSpec& spec, MaterialModel material)
     double nodal = 0;
     for (const Index<D>& block : s.tiles.blocks())
         s.tiles.nodes_of(block).for_each([&](const Index<D>& k) { nodal += s.nodes[s.lattice.offset(k)][NodeLane::mass]; });
-    EXPECT_NEAR(nodal, before.mass, 1e-13 * before.mass);
-    for (int a = 0; a < D; ++a) EXPECT_NEAR(before.momentum[a], after.momentum[a], 1e-12 * size);
+    EXPECT_NEAR(nodal, before.mass, keeps_mass(spec) ? 1e-13 * before.mass : 0.5 * before.mass);
+    for (int a = 0; a < D && !is_walled; ++a)
+        EXPECT_NEAR(before.momentum[a], after.momentum[a], keeps_momentum(spec) ? 1e-12 * size : 0.1 * size);
     EXPECT_TRUE(std::isfinite(after.total_energy()));
     EXPECT_GT(after.strain_energy, 0);
-    EXPECT_LT(after.total_energy(), 1.1 * before.total_energy());
+    EXPECT_LT(after.total_energy(), 1.2 * before.total_energy());  // the part that affine fields hold is not counted
 }
 template <int D>
 void check_neo_hookean(const MethodSpec& spec)
@@ -237,6 +264,16 @@ TEST(Combinations, ForbiddenOnesSayWhy)
     for (MethodSpec spec : test::shapes()) {
         spec.stretch_limit = 2;
         specs.push_back(spec);
+    }
+    for (const Preset& p : presets()) {
+        specs.push_back(p.spec);
+        specs.back().pic_fraction = 0.1;
+        specs.push_back(p.spec);
+        specs.back().degree = 3;
+        specs.push_back(p.spec);
+        specs.back().tls        = Tls::velocity;
+        specs.back().quadrature = Quadrature::cell;
+        specs.back().mass       = MassMatrix::lumped;
     }
     std::vector<bool> seen(rules().size());
     for (const MethodSpec& spec : specs) {

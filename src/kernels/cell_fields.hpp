@@ -1,0 +1,165 @@
+// Fields of cells from particles, for the quadratures: least squares at the centre (IMPM) or Taylor least squares in the cell
+// (TLS), and the quadrature points that carry them. These are particles of domain `point` to every pass that follows.
+#pragma once
+
+#include "kernels/sweep.hpp"
+#include "kernels/taylor.hpp"
+
+namespace ordo {
+
+/// What is reconstructed: density, its product with the velocity, stress, body force per mass.
+template <int D>
+struct CellFields {
+    static constexpr int density = 0, momentum = 1, stress = 1 + D, body_force = stress + D * (D + 1) / 2;
+    static constexpr int count = body_force + D;
+
+    template <int degree>
+    using Record = Moments<D, degree, count>;
+
+    /// Their values at particle i.
+    ORDO_FLAT static void get(const ParticleView<D>& p, int i, double (&u)[count])
+    {
+        u[density] = p.m[i] / p.V[i];
+        int k      = stress;
+        for (int a = 0; a < D; ++a) {
+            u[momentum + a] = u[density] * p.v[i][a];
+            for (int b = a; b < D; ++b) u[k++] = p.sigma[i](a, b);
+            u[body_force + a] = p.b ? p.b[i][a] : 0.0;
+        }
+    }
+};
+
+/// What lies in a cell, in the lanes of a node: momentum, mass and volume V of the particles inside, and sum V x.
+struct CellContent {
+    static constexpr int moment = NodeLane::increment;
+};
+
+/// The cell of a coordinate along an axis; the upper face of the grid belongs to the last cell.
+template <int D>
+ORDO_FLAT inline int cell_along(const Lattice<D>& g, int a, double y)
+{
+    const int cell = static_cast<int>(y);
+    return g.periodic[a] ? cell : smaller(cell, g.margin + g.cells[a] - 1);
+}
+
+/// Adds a sample to the record of its own cell.
+template <int D, int degree>
+ORDO_FLAT inline void add_to_cell(const Lattice<D>& g, Lanes* records, const Vec<D>& y, const double (&u)[CellFields<D>::count])
+{
+    using M             = typename CellFields<D>::template Record<degree>;
+    std::ptrdiff_t cell = 0;
+    Vec<D> distance{};
+    for (int a = 0; a < D; ++a) {
+        const int c = cell_along(g, a, y[a]);
+        cell += g.stride[a] * c;
+        distance[a] = y[a] - (c + 0.5);
+    }
+    M::add(records + cell * M::size, distance, 1.0, u);
+}
+
+/// Adds particles [begin, end) to the contents of their cells and to the records of the cells within the weight's support.
+template <int D, int degree, int W>
+void spread_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* records, int begin, int end)
+{
+    using F          = CellFields<D>;
+    const Sweep<D> s = sweep;
+    for (int i = begin; i < end; ++i) {
+        Vec<D> y{};
+        std::ptrdiff_t cell = 0;
+        for (int a = 0; a < D; ++a) {
+            y[a] = s.lattice.cell_coordinate(a, s.p.x[i][a]);
+            cell += s.lattice.stride[a] * cell_along(s.lattice, a, y[a]);
+        }
+        double mv[3] = {}, Vx[3] = {};
+        for (int a = 0; a < D; ++a) {
+            mv[a] = s.p.m[i] * s.p.v[i][a];
+            Vx[a] = s.p.V[i] * s.p.x[i][a];
+        }
+        contents[cell] += make_lanes(mv[0], mv[1], mv[2], s.p.m[i], Vx[0], Vx[1], Vx[2], s.p.V[i]);
+        double u[F::count];
+        F::get(s.p, i, u);
+        if constexpr (W == 1)  // the cell alone, on its faces too
+            add_to_cell<D, degree>(s.lattice, records, y, u);
+        else
+            F::template Record<degree>::template spread<CellCenters, W>(s.lattice, records, y, u);
+    }
+}
+
+/// Sets x, m, v, V, sigma and b of point k from values of the fields there.
+template <int D>
+ORDO_FLAT inline void set_point(const ParticleView<D>& q, int k, const Vec<D>& x, double V,
+                                const double (&u)[CellFields<D>::count])
+{
+    using F   = CellFields<D>;
+    q.x[k]    = x;
+    q.V[k]    = V;
+    q.m[k]    = u[F::density] * V;
+    int entry = F::stress;
+    for (int a = 0; a < D; ++a) {
+        q.v[k][a] = u[F::momentum + a] / u[F::density];
+        for (int b = a; b < D; ++b) q.sigma[k](a, b) = q.sigma[k](b, a) = u[entry++];
+        if (q.b) q.b[k][a] = u[F::body_force + a];
+    }
+}
+
+/// The one point of a cell, at a distance from its centre in cells: least squares, degree 0 where the samples do not
+/// determine more (IMPM, Gong 2015, 5.7 and 5.8) or where the density would not be positive.
+template <int D, int degree>
+void set_cell_point(const Lanes* record, const Vec<D>& distance, const Vec<D>& x, double V, const ParticleView<D>& q, int k,
+                    long& dropped)
+{
+    using F = CellFields<D>;
+    using M = typename F::template Record<degree>;
+    double matrix[M::unknowns][M::unknowns], row[M::unknowns], b[M::unknowns], u[F::count];
+    M::matrix(record, matrix);
+    const Ldl<M::unknowns> fit(matrix);
+    Monomials<D, degree>::evaluate(distance, row);
+    fit.solve(row);
+    dropped += fit.dropped;
+    for (int f = 0; f < F::count; ++f) {
+        M::right_side(record, f, b);
+        u[f] = 0.0;
+        for (int j = 0; j < M::unknowns; ++j) u[f] += row[j] * b[j];
+    }
+    if (fit.dropped > 0 || !(u[F::density] > 0))
+        for (int f = 0; f < F::count; ++f) u[f] = M::mean(record, f);
+    for (int a = 0; a < D; ++a) u[F::momentum + a] = 0.0;  // velocities are left to the projection
+    set_point(q, k, x, V, u);
+}
+
+/// The Gauss points k, k + 1, ... of a cell: density and momentum that keep the mass and momentum inside, stress and body
+/// force by plain least squares (Wobbes et al. 2020, sec. 3). V is the volume that they share, and over which mass and
+/// momentum are spread. Where the density would fall below a tenth of its mean both are constant;
+/// at an edge, where the samples do not surround the cell, all fields are.
+template <int D, int degree>
+void set_gauss_points(const Lanes* record, const Lanes& content, const Vec<D>& center, const Vec<D>& h, double V, bool is_edge,
+                      const ParticleView<D>& q, int k, long& dropped)
+{
+    using F              = CellFields<D>;
+    using Fit            = TaylorLeastSquares<D, degree, F::count>;
+    constexpr int points = 1 << D;
+    const Fit fit(record);
+    typename Fit::Coefficients c[F::count];
+    dropped += fit.dropped();
+    const double density = content[NodeLane::mass] / V;
+    auto mean            = [&](int f) { return f == F::density ? density : content[NodeLane::velocity + f - F::momentum] / V; };
+    for (int f = F::density; f < F::stress; ++f) fit.fit_with_mean(f, mean(f), c[f]);
+    for (int f = F::stress; f < F::count; ++f) {
+        fit.fit(f, c[f]);
+        for (int j = 0; j < Fit::unknowns && is_edge; ++j) c[f][j] = j == 0 ? F::template Record<degree>::mean(record, f) : 0.0;
+    }
+    bool is_positive = !is_edge;
+    for (int g = 0; g < points; ++g) is_positive = is_positive && Fit::evaluate(c[F::density], gauss_point<D>(g)) > 0.1 * density;
+    for (int f = F::density; f < F::stress && !is_positive; ++f)
+        for (int j = 0; j < Fit::unknowns; ++j) c[f][j] = j == 0 ? mean(f) : 0.0;
+    for (int g = 0; g < points; ++g) {
+        const Vec<D> d = gauss_point<D>(g);
+        Vec<D> x       = center;
+        for (int a = 0; a < D; ++a) x[a] += d[a] * h[a];
+        double u[F::count];
+        for (int f = 0; f < F::count; ++f) u[f] = Fit::evaluate(c[f], d);
+        set_point(q, k + g, x, V / points, u);
+    }
+}
+
+}  // namespace ordo

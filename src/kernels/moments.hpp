@@ -1,0 +1,164 @@
+// Least squares on moments: the one engine of Shepard, MLS, IMLS, CPLS, IMPM and TLS.
+//
+// At a target y, with monomials p of (x_s - y)/h, samples s of weight w_s and values u_s,
+//
+//     M = sum_s w_s p p^T      B = sum_s w_s p u_s      fit(x) = p((x - y)/h) . M^-1 B
+//
+// A record holds the entries of M, which are moments up to twice the degree, and of B. One scatter of the samples fills the
+// records of all targets, one small solve a target evaluates them; nothing is stored for pairs of sample and target.
+#pragma once
+
+#include "base/lanes.hpp"
+#include "kernels/ldl.hpp"
+#include "kernels/monomials.hpp"
+#include "shape/weights.hpp"
+
+#include <array>
+#include <cstddef>
+
+namespace ordo {
+
+/// The records for polynomials of a degree in D coordinates and `fields` values a sample.
+template <int D, int degree, int fields>
+struct Moments {
+    static constexpr int unknowns = Monomials<D, degree>::count;
+    static constexpr int products = Monomials<D, 2 * degree>::count;  ///< different entries of M
+    static constexpr int numbers  = products + fields * unknowns;
+    static constexpr int size     = (numbers + 7) / 8;  ///< Lanes of a record
+
+    using Record = Lanes[size];
+
+    /// Adds a sample: the plain form of `spread`.
+    ORDO_HD static void add(Lanes* record, const Vec<D>& distance, double weight, const double (&u)[fields])
+    {
+        double p[products], q[unknowns];
+        Monomials<D, 2 * degree>::evaluate(distance, p);
+        Monomials<D, degree>::evaluate(distance, q);
+        for (int k = 0; k < products; ++k) at(record, k) += weight * p[k];
+        for (int f = 0; f < fields; ++f)
+            for (int k = 0; k < unknowns; ++k) at(record, products + f * unknowns + k) += weight * u[f] * q[k];
+    }
+
+    /// Adds a sample at cell coordinates y to the records of all its targets; record k of the lattice starts at
+    /// records[k * size]. Each number of a record is a product of one factor an axis: weight times a power of the distance.
+    template <class Places, int W>
+    ORDO_FLAT static void spread(const Lattice<D>& g, Lanes* records, const Vec<D>& y, const double (&u)[fields])
+    {
+        constexpr int capacity = Places::template capacity<W>;
+        Lanes factor[D][capacity][size];
+        int count[D];
+        std::ptrdiff_t first = 0;
+        for (int a = 0; a < D; ++a) {
+            WeightRow<capacity> row;
+            Places::template fill<W>(g, a, y[a], row);
+            count[a] = Places::is_even ? capacity : row.count;
+            first += g.stride[a] * row.first;
+            for (int k = 0; k < (Places::is_even ? capacity : row.count); ++k)
+                for (int q = 0; q < size; ++q) {
+                    Lanes power = masks.power[a][2 * degree][q];
+                    for (int e = 2 * degree - 1; e >= 0; --e) power = power * row.distance[k] + masks.power[a][e][q];
+                    factor[a][k][q] = power * row.weight[k];
+                }
+        }
+        for (int q = 0; q < size; ++q) {
+            Lanes value = masks.field[fields][q];
+            for (int f = 0; f < fields; ++f) value += masks.field[f][q] * u[f];
+            for (int k = 0; k < (Places::is_even ? capacity : count[D - 1]); ++k)
+                factor[D - 1][k][q] = factor[D - 1][k][q] * value;
+        }
+        spread_axis<D - 1, Places::is_even>(g, records + first * size, factor, count, factor[D - 1][0]);
+    }
+
+    /// The matrix M, its lower half.
+    ORDO_HD static void matrix(const Lanes* record, double (&M)[unknowns][unknowns])
+    {
+        constexpr Products at;
+        for (int i = 0; i < unknowns; ++i)
+            for (int j = 0; j <= i; ++j) M[i][j] = get(record, at.of[i][j]);
+    }
+    /// The right-hand side of a field.
+    ORDO_HD static void right_side(const Lanes* record, int field, double (&b)[unknowns])
+    {
+        for (int k = 0; k < unknowns; ++k) b[k] = get(record, products + field * unknowns + k);
+    }
+    /// The sum of weights.
+    ORDO_HD static double weight(const Lanes* record) { return get(record, 0); }
+    /// Degree 0: the weighted mean of a field.
+    ORDO_HD static double mean(const Lanes* record, int field)
+    {
+        return get(record, products + field * unknowns) / weight(record);
+    }
+    ORDO_FLAT static double get(const Lanes* record, int k) { return record[k / 8][k % 8]; }
+
+  private:
+    ORDO_FLAT static double& at(Lanes* record, int k) { return record[k / 8][k % 8]; }
+
+    /// Where the products of two monomials are among the moments.
+    struct Products {
+        int of[unknowns][unknowns]{};
+
+        ORDO_HD constexpr Products()
+        {
+            constexpr Monomials<D, degree> single;
+            constexpr Monomials<D, 2 * degree> pair;
+            for (int i = 0; i < unknowns; ++i)
+                for (int j = 0; j < unknowns; ++j) {
+                    Index<D> e = single.exponent[i];
+                    for (int a = 0; a < D; ++a) e[a] += single.exponent[j][a];
+                    of[i][j] = pair.find(e);
+                }
+        }
+    };
+
+    /// For each number of a record: the powers of the distances, and the field that it is multiplied by, -1 for none.
+    struct Number {
+        Index<D> power;
+        int field;
+    };
+    static constexpr std::array<Number, size * 8> make_numbers()
+    {
+        std::array<Number, size * 8> r{};
+        for (int k = 0; k < size * 8; ++k) {
+            if (k < products)
+                r[k] = {monomials<D, 2 * degree>.exponent[k], -1};
+            else if (k < numbers)
+                r[k] = {monomials<D, degree>.exponent[(k - products) % unknowns], (k - products) / unknowns};
+            else
+                r[k] = {{}, fields};  // spare
+        }
+        return r;
+    }
+    static constexpr std::array<Number, size* 8> number = make_numbers();
+
+    /// Ones in the lanes of part q of a record whose power along axis a is e, or that are multiplied by a field; those of no
+    /// field come last.
+    struct Masks {
+        Lanes power[D][2 * degree + 1][size]{};
+        Lanes field[fields + 1][size]{};
+
+        Masks()
+        {
+            for (int k = 0; k < numbers; ++k) {
+                for (int a = 0; a < D; ++a) power[a][number[k].power[a]][k / 8][k % 8] = 1.0;
+                field[number[k].field < 0 ? fields : number[k].field][k / 8][k % 8] = 1.0;
+            }
+        }
+    };
+    static inline const Masks masks{};
+
+    template <int A, bool is_even, int capacity>
+    ORDO_FLAT static void spread_axis(const Lattice<D>& g, Lanes* record, const Lanes (&factor)[D][capacity][size],
+                                      const int (&count)[D], const Lanes* outer)
+    {
+        for (int k = 0; k < (is_even ? capacity : count[A]); ++k) {
+            Lanes product[size];
+            for (int q = 0; q < size; ++q) product[q] = A == D - 1 ? factor[A][k][q] : factor[A][k][q] * outer[q];
+            if constexpr (A == 0)
+                for (int q = 0; q < size; ++q) record[k * size + q] += product[q];
+            else
+                spread_axis<A - 1, is_even>(g, record + k * g.stride[A] * size, factor, count, product);
+        }
+    }
+};
+
+}  // namespace ordo

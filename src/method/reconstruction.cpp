@@ -1,0 +1,234 @@
+#include "method/reconstruction.hpp"
+
+#include "kernels/cell_fields.hpp"
+#include "kernels/cell_gradient.hpp"
+#include "kernels/nodes.hpp"
+#include "kernels/velocity_fit.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace ordo {
+
+namespace {
+
+template <class T>
+void keep_room(Array<T>& array, int n)
+{
+    if (static_cast<int>(array.size()) < n) array = Array<T>(n + n / 4);
+}
+
+}  // namespace
+
+template <int D>
+ParticleView<D> QuadraturePoints<D>::view()
+{
+    ParticleView<D> p{};
+    p.x     = x.data();
+    p.v     = v.data();
+    p.b     = b.data();
+    p.sigma = sigma.data();
+    p.m     = m.data();
+    p.V     = V.data();
+    p.count = count;
+    return p;
+}
+
+template <int D>
+void QuadraturePoints<D>::resize(int n, bool has_body_force)
+{
+    keep_room(x, n);
+    keep_room(v, n);
+    keep_room(sigma, n);
+    keep_room(m, n);
+    keep_room(V, n);
+    if (has_body_force) keep_room(b, n);
+    count = n;
+}
+
+template <int D>
+void fit_velocities(const Model<D>& model, const VelocityFitPasses<D>& passes, State<D>& s, const Sweep<D>& sweep, Lanes* nodes)
+{
+    make_room(s.velocity_records, s.nodes.size(), passes.size);
+    Lanes* records = s.velocity_records.data();
+    clear(records, s.tiles, passes.size);
+    const bool with_corners = model.method.samples == Samples::corners;
+    s.tiles.for_each_by_colour([&](const Tile& t) { passes.spread(sweep, records, with_corners, t.begin, t.end); });
+    s.halo.add_records(records, passes.size);
+    s.halo.clear(nodes);  // images are no nodes of their own
+    std::vector<FitReport> reports(s.tiles.blocks().size());
+    const FitChoices choices{.is_whole   = model.method.projection == Projection::mls,
+                             .everywhere = model.method.quadrature == Quadrature::cell};  // whose nodes are others
+    s.tiles.for_each_block_run([&](std::ptrdiff_t block, std::ptrdiff_t first, std::ptrdiff_t end) {
+        passes.solve(nodes, records, choices, first, end, reports[block]);
+    });
+    s.halo.copy(nodes);
+    for (const FitReport& r : reports) s.projection.fit += r;
+}
+
+template <int D>
+void fit_cells(const Model<D>& model, const CellFitPasses<D>& passes, State<D>& s, const Sweep<D>& sweep)
+{
+    make_room(s.cell_records, s.nodes.size(), passes.size);
+    make_room(s.cell_contents, s.nodes.size(), 1);
+    Lanes *records = s.cell_records.data(), *contents = s.cell_contents.data();
+    clear(records, s.tiles, passes.size);
+    clear(contents, s.tiles);
+    s.tiles.for_each_by_colour([&](const Tile& t) { passes.spread(sweep, contents, records, t.begin, t.end); });
+    s.halo.add_records(records, passes.size);
+    s.halo.add_records(contents, 1);
+    s.halo.copy_records(contents, 1);
+
+    const Lattice<D>& g  = s.lattice;
+    auto volume_inside   = [&](const Index<D>& cell) { return contents[g.offset(cell)][NodeLane::volume]; };
+    const auto& blocks   = s.tiles.blocks();
+    auto for_each_filled = [&](std::ptrdiff_t k, auto&& f) {
+        s.tiles.nodes_of(blocks[k]).for_each([&](const Index<D>& cell) {
+            if (g.has_cell(cell) && volume_inside(cell) > 0) f(cell);
+        });
+    };
+    std::vector<int> first(blocks.size() + 1, 0);
+    s.tiles.for_each_block(
+        [&](std::ptrdiff_t k) { for_each_filled(k, [&](const Index<D>&) { first[k + 1] += passes.per_cell; }); });
+    for (std::size_t k = 0; k < blocks.size(); ++k) first[k + 1] += first[k];
+    s.points.resize(first.back(), sweep.p.b != nullptr);
+    for (auto& colour : s.points.colours) colour.clear();
+    for (std::size_t k = 0; k < blocks.size(); ++k)
+        if (first[k + 1] > first[k]) s.points.colours[Tiles<D>::colour(blocks[k])].push_back({first[k], first[k + 1]});
+
+    double whole = 1.0;
+    for (int a = 0; a < D; ++a) whole *= g.h[a];
+    /// Whether a cell beside it, of the grid, is empty.
+    auto is_at_edge = [&](const Index<D>& cell) {
+        bool r = false;
+        IndexBox<D>{Index<D>::filled(-1), Index<D>::filled(2)}.for_each([&](const Index<D>& d) {
+            Index<D> there = cell;
+            for (int a = 0; a < D; ++a) {
+                there[a] += d[a];
+                if (g.periodic[a]) there[a] = g.periodic_image(a, there[a]);
+            }
+            r = r || (g.has_cell(there) && !(s.tiles.is_active(there) && volume_inside(there) > 0));
+        });
+        return r;
+    };
+    std::vector<FitReport> reports(blocks.size());
+    const ParticleView<D> q = s.points.view();
+    s.tiles.for_each_block([&](std::ptrdiff_t k) {
+        int point = first[k];
+        for_each_filled(k, [&](const Index<D>& cell) {
+            const Lanes& content = contents[g.offset(cell)];
+            double V             = whole;
+            Vec<D> distance{};
+            const bool is_edge = model.method.cell_volume == CellVolume::filled && is_at_edge(cell);
+            if (is_edge) {
+                const Vec<D> center = g.cell_center(cell);
+                V                   = std::min(whole, content[NodeLane::volume]);
+                for (int a = 0; a < D; ++a)  // the one point
+                    distance[a] = (content[CellContent::moment + a] / content[NodeLane::volume] - center[a]) * g.inv_h[a];
+            }
+            passes.set_points(g, cell, records + g.offset(cell) * passes.size, content, distance, V, is_edge, q, point,
+                              reports[k]);
+            point += passes.per_cell;
+        });
+    });
+    for (const FitReport& r : reports) s.projection.fit += r;
+}
+
+template <int D>
+void settle_masses(State<D>& s, Lanes* nodes, const Lanes* of_particles, bool has_velocities)
+{
+    std::vector<FitReport> reports(s.tiles.blocks().size());
+    s.tiles.for_each_block_run([&](std::ptrdiff_t block, std::ptrdiff_t first, std::ptrdiff_t end) {
+        for (std::ptrdiff_t i = first; i < end; ++i) {
+            double& m            = nodes[i][NodeLane::mass];
+            const double m_there = of_particles[i][NodeLane::mass];
+            if (has_velocities && !(m_there > 0)) m = 0.0;
+            if (m > 0 || !(m_there > kHasVelocity)) continue;
+            if (has_velocities)
+                m = m_there;
+            else
+                nodes[i] = of_particles[i];
+            ++reports[block].fallback;
+        }
+    });
+    for (const FitReport& r : reports) s.projection.fit += r;
+}
+
+template <int D>
+void find_cell_gradients(const Passes<D>& passes, State<D>& s, const Lanes* nodes)
+{
+    using C             = CellGradient<D>;
+    const Lattice<D>& g = s.lattice;
+    const auto& blocks  = s.tiles.blocks();
+    make_room(s.gradients, s.nodes.size(), C::size);
+    Lanes* gradients = s.gradients.data();
+    clear(gradients, s.tiles, C::size);
+    auto record = [&](const Index<D>& cell) { return gradients + g.offset(cell) * C::size; };
+    s.tiles.for_each_block([&](std::ptrdiff_t k) {
+        s.tiles.nodes_of(blocks[k]).for_each([&](const Index<D>& cell) {
+            if (g.has_cell(cell)) passes.gradient_at_center(g, s.tiles, nodes, cell, record(cell));
+        });
+    });
+    s.halo.copy_records(gradients, C::size);
+
+    // Cells of which a node has no mass, from those of which all have.
+    std::vector<std::vector<std::pair<Index<D>, std::array<Lanes, C::size>>>> filled(blocks.size());
+    s.tiles.for_each_block([&](std::ptrdiff_t k) {
+        s.tiles.nodes_of(blocks[k]).for_each([&](const Index<D>& cell) {
+            if (!g.has_cell(cell) || C::get_known(record(cell)) != C::no) return;
+            auto known = [&](const Index<D>& d) -> const Lanes* {
+                Index<D> there = cell;
+                for (int a = 0; a < D; ++a) {
+                    there[a] += d[a];
+                    if (g.periodic[a]) there[a] = g.periodic_image(a, there[a]);
+                }
+                if (!g.has_cell(there) || !s.tiles.is_active(there)) return nullptr;
+                return C::get_known(record(there)) == C::yes ? record(there) : nullptr;
+            };
+            bool has_neighbour = false;
+            IndexBox<D>{Index<D>::filled(-1), Index<D>::filled(2)}.for_each(
+                [&](const Index<D>& d) { has_neighbour = has_neighbour || known(d); });
+            if (!has_neighbour) return;
+            std::array<Lanes, C::size> found{};
+            fill_gradient<D>(known, found.data());
+            if (C::get_known(found.data()) != C::no) filled[k].emplace_back(cell, found);
+        });
+    });
+    for (const auto& block : filled)
+        for (const auto& [cell, found] : block) std::copy(found.begin(), found.end(), record(cell));
+    s.halo.copy_records(gradients, C::size);
+
+    // Beyond walls, one axis after the other: the linear continuation, or the value where only one cell is known.
+    for (int axis = 0; axis < D; ++axis) {
+        if (g.periodic[axis]) continue;
+        s.tiles.for_each_block([&](std::ptrdiff_t k) {
+            s.tiles.nodes_of(blocks[k]).for_each([&](const Index<D>& cell) {
+                const bool is_below = cell[axis] == g.margin - 1, is_above = cell[axis] == g.margin + g.cells[axis];
+                if (!is_below && !is_above) return;
+                Index<D> first = cell, second = cell;
+                first[axis] += is_below ? 1 : -1;
+                second[axis] += is_below ? 2 : -2;
+                if (!s.tiles.is_active(first) || C::get_known(record(first)) == C::no) return;
+                const bool is_linear = s.tiles.is_active(second) && C::get_known(record(second)) != C::no && g.cells[axis] > 1;
+                for (int q = 0; q < C::size; ++q) {
+                    const Lanes one = record(first)[q];
+                    record(cell)[q] = is_linear ? one * 2.0 - record(second)[q] : one;
+                }
+                C::known(record(cell)) = C::filled;
+            });
+        });
+    }
+}
+
+#define ORDO_RECONSTRUCTION(D)                                                                                      \
+    template struct QuadraturePoints<D>;                                                                            \
+    template void fit_velocities(const Model<D>&, const VelocityFitPasses<D>&, State<D>&, const Sweep<D>&, Lanes*); \
+    template void settle_masses(State<D>&, Lanes*, const Lanes*, bool);                                             \
+    template void fit_cells(const Model<D>&, const CellFitPasses<D>&, State<D>&, const Sweep<D>&);                  \
+    template void find_cell_gradients(const Passes<D>&, State<D>&, const Lanes*);
+ORDO_RECONSTRUCTION(1)
+ORDO_RECONSTRUCTION(2)
+ORDO_RECONSTRUCTION(3)
+#undef ORDO_RECONSTRUCTION
+
+}  // namespace ordo

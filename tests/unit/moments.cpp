@@ -1,0 +1,86 @@
+#include "kernels/moments.hpp"
+#include "kernels/taylor.hpp"
+
+#include "support/particles.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace ordo::test {
+namespace {
+
+/// The lattice of a unit box with room around it.
+template <int D>
+Lattice<D> lattice_of(int cells, int degree, bool periodic = false)
+{
+    return {{}, Vec<D>::filled(1.0 / cells), Index<D>::filled(cells), Vec<D, bool>::filled(periodic), 3, {.degree = degree}};
+}
+
+/// Every record that `spread` fills is the one that `add` fills sample by sample with the weight of each target.
+template <int D, int degree, class Places, int W>
+void compare_spread_with_add(const Lattice<D>& g, Random& random)
+{
+    using M = Moments<D, degree, D + 1>;
+    std::vector<Lanes> fast(g.node_count() * M::size, Lanes{}), plain(g.node_count() * M::size, Lanes{});
+    for (int s = 0; s < 40; ++s) {
+        Vec<D> y{};
+        double u[D + 1];
+        for (int a = 0; a < D; ++a) y[a] = g.margin + uniform(random, 0, g.cells[a]);
+        for (double& value : u) value = uniform(random, -1, 1);
+        M::template spread<Places, W>(g, fast.data(), y, u);
+        IndexBox<D>{{}, g.nodes}.for_each([&](const Index<D>& at) {
+            Vec<D> distance{};
+            double weight = 1.0;
+            for (int a = 0; a < D; ++a) {
+                const double target =
+                    std::is_same_v<Places, CellCenters> ? at[a] + 0.5 : g.cell_coordinate(a, g.node_position(a, at[a]));
+                distance[a] = y[a] - target;
+                weight *= spline_weight<W>(distance[a]);
+            }
+            if (weight > 0) M::add(&plain[g.offset(at) * M::size], distance, weight, u);
+        });
+    }
+    double difference = 0.0, largest = 0.0;
+    // Nodes of splines outside the grid stand on its faces and are nobody's business.
+    IndexBox<D> inside{Index<D>::filled(g.margin), g.nodes};
+    for (int a = 0; a < D; ++a)
+        inside.hi[a] = g.margin + g.cells[a] + g.basis.degree - (std::is_same_v<Places, CellCenters> ? g.basis.degree : 0);
+    inside.for_each([&](const Index<D>& at) {
+        for (int k = 0; k < M::numbers; ++k) {
+            const double a = M::get(&fast[g.offset(at) * M::size], k), b = M::get(&plain[g.offset(at) * M::size], k);
+            difference = std::max(difference, std::fabs(a - b));
+            largest    = std::max(largest, std::fabs(b));
+        }
+    });
+    EXPECT_GT(largest, 0.1);
+    EXPECT_LT(difference, 1e-13 * largest) << "D " << D << " degree " << degree << " width " << W;
+}
+
+template <int D, int degree>
+void compare_all(Random& random)
+{
+    compare_spread_with_add<D, degree, HatNodes, 2>(lattice_of<D>(5, 1), random);
+    compare_spread_with_add<D, degree, HatNodes, 3>(lattice_of<D>(5, 1), random);
+    compare_spread_with_add<D, degree, HatNodes, 4>(lattice_of<D>(5, 1), random);
+    compare_spread_with_add<D, degree, SplineNodes, 2>(lattice_of<D>(5, 2), random);
+    compare_spread_with_add<D, degree, SplineNodes, 4>(lattice_of<D>(5, 2), random);
+    compare_spread_with_add<D, degree, SplineNodes, 4>(lattice_of<D>(5, 3), random);
+    compare_spread_with_add<D, degree, CellCenters, 1>(lattice_of<D>(5, 1), random);
+    compare_spread_with_add<D, degree, CellCenters, 3>(lattice_of<D>(5, 2), random);
+}
+
+TEST(Moments, SpreadEqualsAdd)
+{
+    Random random(11);
+    compare_all<1, 0>(random);
+    compare_all<1, 1>(random);
+    compare_all<1, 3>(random);
+    compare_all<2, 1>(random);
+    compare_all<2, 2>(random);
+    compare_all<3, 1>(random);
+    compare_all<3, 2>(random);
+}
+
+}  // namespace
+}  // namespace ordo::test
