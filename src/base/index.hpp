@@ -14,6 +14,12 @@ template <int D>
 struct IndexBox {
     Index<D> lo, hi;
 
+    /// `center` and all within `reach` of it along each axis.
+    static IndexBox around(const Index<D>& center, int reach)
+    {
+        return {center + Index<D>::filled(-reach), center + Index<D>::filled(reach + 1)};
+    }
+
     /// f(k) for each index of the box, the first axis fastest.
     template <class F>
     void for_each(F&& f) const

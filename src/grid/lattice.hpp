@@ -122,6 +122,13 @@ struct Lattice {
         const int n = cells[a];
         return ((k - margin) % n + n) % n + margin;
     }
+    /// The same of a node or cell on all its periodic axes.
+    Index<D> inside_period(Index<D> at) const
+    {
+        for (int a = 0; a < D; ++a)
+            if (periodic[a]) at[a] = periodic_image(a, at[a]);
+        return at;
+    }
 };
 
 }  // namespace ordo

@@ -3,6 +3,7 @@
 
 #include "kernels/gather.hpp"
 #include "kernels/ldl.hpp"
+#include "kernels/scatter.hpp"
 #include "shape/affine_point.hpp"
 
 namespace ordo {
@@ -19,9 +20,7 @@ void project_affine(const Sweep<S::dim>& sweep, int begin, int end)
         const double m = s.p.m[i], V = s.p.V[i];
         S::for_each_node(s.lattice, s.p, i, s.nodes, [&](std::ptrdiff_t node, double w, const Vec<D>&) {
             const Vec<D> v = s.p.v[i] + s.p.L[i] * (place_of_node(s.lattice, node) - s.p.x[i]);
-            double mv[3]   = {};
-            for (int a = 0; a < D; ++a) mv[a] = m * v[a];
-            nodes[node] += make_lanes(mv[0], mv[1], mv[2], m, 0, 0, 0, V) * w;
+            nodes[node] += mass_momentum(m, v, V) * w;
         });
     }
 }
@@ -122,9 +121,7 @@ void project_modes(const Sweep<D>& sweep, int begin, int end)
         for_each_mode<D, Basis, degree>(s.lattice, s.p, i, norm, [&](std::ptrdiff_t node, double w, const double* product) {
             Vec<D> v = s.p.v[i];
             for (int k = 1; k < modes; ++k) v += product[k] * s.p.modes[i].c[k];
-            double mv[3] = {};
-            for (int a = 0; a < D; ++a) mv[a] = m * v[a];
-            nodes[node] += make_lanes(mv[0], mv[1], mv[2], m, 0, 0, 0, V) * w;
+            nodes[node] += mass_momentum(m, v, V) * w;
         });
     }
 }

@@ -42,21 +42,6 @@ ORDO_FLAT inline int cell_along(const Lattice<D>& g, int a, double y)
     return g.periodic[a] ? cell : smaller(cell, g.margin + g.cells[a] - 1);
 }
 
-/// Adds a sample to the record of its own cell.
-template <int D, int degree>
-ORDO_FLAT inline void add_to_cell(const Lattice<D>& g, Lanes* records, const Vec<D>& y, const double (&u)[CellFields<D>::count])
-{
-    using M             = typename CellFields<D>::template Record<degree>;
-    std::ptrdiff_t cell = 0;
-    Vec<D> distance{};
-    for (int a = 0; a < D; ++a) {
-        const int c = cell_along(g, a, y[a]);
-        cell += g.stride[a] * c;
-        distance[a] = y[a] - (c + 0.5);
-    }
-    M::add(records + cell * M::size, distance, 1.0, u);
-}
-
 /// Adds particles [begin, end) to the contents of their cells and to the records of the cells within the weight's support.
 template <int D, int degree, int W>
 void spread_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* records, int begin, int end)
@@ -64,11 +49,13 @@ void spread_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* records, int be
     using F          = CellFields<D>;
     const Sweep<D> s = sweep;
     for (int i = begin; i < end; ++i) {
-        Vec<D> y{};
+        Vec<D> y{}, distance{};
         std::ptrdiff_t cell = 0;
         for (int a = 0; a < D; ++a) {
-            y[a] = s.lattice.cell_coordinate(a, s.p.x[i][a]);
-            cell += s.lattice.stride[a] * cell_along(s.lattice, a, y[a]);
+            y[a]         = s.lattice.cell_coordinate(a, s.p.x[i][a]);
+            const int at = cell_along(s.lattice, a, y[a]);
+            distance[a]  = y[a] - (at + 0.5);
+            cell += s.lattice.stride[a] * at;
         }
         double mv[3] = {}, Vx[3] = {};
         for (int a = 0; a < D; ++a) {
@@ -79,7 +66,7 @@ void spread_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* records, int be
         double u[F::count];
         F::get(s.p, i, u);
         if constexpr (W == 1)  // the cell alone, on its faces too
-            add_to_cell<D, degree>(s.lattice, records, y, u);
+            F::template Record<degree>::add(records + cell * F::template Record<degree>::size, distance, 1.0, u);
         else
             F::template Record<degree>::template spread<CellCenters, W>(s.lattice, records, y, u);
     }

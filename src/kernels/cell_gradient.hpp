@@ -81,18 +81,18 @@ void gradient_at_center(const Lattice<D>& g, const Lanes* nodes, const Index<D>&
 /// The gradient of a cell whose own nodes do not give it: least squares of degree 1 of the known cells around it, weighted by
 /// cubic splines of support 3h; not known where these do not determine a linear field.
 template <int D, class Get>
-void fill_gradient(const Get& known_record, Lanes* record)
+void fill_gradient(const Index<D>& cell, const Get& known_record, Lanes* record)
 {
     using C         = CellGradient<D>;
     constexpr int n = D + 1;
     double M[n][n] = {}, B[D * D][n] = {};
-    IndexBox<D>{Index<D>::filled(-2), Index<D>::filled(3)}.for_each([&](const Index<D>& k) {
-        const Lanes* there = known_record(k);
+    IndexBox<D>::around(cell, 2).for_each([&](const Index<D>& at) {
+        const Lanes* there = known_record(at);
         if (!there) return;
         double w = 1.0, p[n] = {1.0};
         for (int a = 0; a < D; ++a) {
-            w *= spline_weight<4>(k[a] / 1.5);
-            p[a + 1] = k[a];
+            p[a + 1] = at[a] - cell[a];
+            w *= spline_weight<4>(p[a + 1] / 1.5);
         }
         for (int i = 0; i < n; ++i) {
             for (int j = 0; j <= i; ++j) M[i][j] += w * p[i] * p[j];

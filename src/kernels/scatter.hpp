@@ -6,16 +6,22 @@
 
 namespace ordo {
 
+/// What a mass m with velocity v leaves at a node of weight 1.
+template <int D>
+ORDO_FLAT inline Lanes mass_momentum(double m, const Vec<D>& v, double V)
+{
+    double mv[3] = {};
+    for (int a = 0; a < D; ++a) mv[a] = m * v[a];
+    return make_lanes(mv[0], mv[1], mv[2], m, 0, 0, 0, V);
+}
+
 /// m_i, (m v)_i and the volume that particles fill.
 template <int D>
 struct MassMomentum {
     static constexpr bool has_flux = false;
     ORDO_FLAT static void add(const ParticleView<D>& p, int i, Lanes& value, Lanes (&)[D])
     {
-        const double m = p.m[i];
-        double mv[3]   = {};
-        for (int a = 0; a < D; ++a) mv[a] = m * p.v[i][a];
-        value += make_lanes(mv[0], mv[1], mv[2], m, 0, 0, 0, p.V[i]);
+        value += mass_momentum(p.m[i], p.v[i], p.V[i]);
     }
 };
 

@@ -259,6 +259,8 @@ inline bool has_cells(const MethodSpec& s) { return s.domain == Domain::cell || 
 inline bool has_splines(const MethodSpec& s) { return s.basis == Basis::bspline2 || s.basis == Basis::bspline3; }
 /// Velocities of the nodes are least-squares fits there.
 inline bool fits_velocity(const MethodSpec& s) { return s.projection == Projection::mls || s.projection == Projection::imls; }
+/// Cells that a weight is wide.
+inline int width_of(Weight weight) { return weight == Weight::hat ? 2 : weight == Weight::quadratic ? 3 : 4; }
 /// Mass and momentum are those of the Gauss points.
 inline bool has_tls_velocity(const MethodSpec& s) { return s.projection == Projection::tls && s.tls != Tls::stress; }
 /// Forces are those of the Gauss points.

@@ -1,6 +1,7 @@
 #include "method/explicit.hpp"
 
 #include "kernels/nodes.hpp"
+#include "kernels/scatter.hpp"
 #include "method/layout.hpp"
 #include "method/reconstruction.hpp"
 
@@ -56,13 +57,6 @@ std::string describe(Fault fault, const MethodSpec& method)
     case Fault::none: break;
     }
     return "nothing is wrong";
-}
-
-template <int D>
-Lanes momentum_and_mass(const Vec<D>& mv, double m)
-{
-    const Vec<3> p = padded(mv);
-    return make_lanes(p[0], p[1], p[2], m, 0, 0, 0, 0);
 }
 
 template <int D>
@@ -163,13 +157,7 @@ void Explicit<D>::step(State<D>& s, double dt) const
         evaluate_external_forces(s);
         has_velocities = project_and_force(s, nodes);  // m_i, (m v)_i or v_i, f_i <- particles
     }
-    if (s.projection.is_wanted) {
-        if (!has_velocities && passes_.velocity_fit.solve) {
-            velocities(s, nodes);
-            has_velocities = true;
-        }
-        report_projection(s, nodes, has_velocities);
-    }
+    if (s.projection.is_wanted) report_projection(s, nodes, has_velocities);
     advance(s, nodes, dt_kick, t_kicked, has_velocities);  // v_i; a_i = f_i/m_i + g; v_i += dt a_i
     constrain(s, nodes, t_kicked);
 
@@ -213,11 +201,7 @@ const ProjectionReport& Explicit<D>::project(State<D>& s) const
     clear_nodes(s, nodes);
     s.projection.fit = {};
     evaluate_external_forces(s);
-    bool has_velocities = project_and_force(s, nodes);
-    if (!has_velocities && passes_.velocity_fit.solve) {
-        velocities(s, nodes);
-        has_velocities = true;
-    }
+    const bool has_velocities = project_and_force(s, nodes);
     report_projection(s, nodes, has_velocities);
     if (!has_velocities) velocities(s, nodes);
     constrain(s, nodes, s.t_v);
@@ -286,7 +270,7 @@ template <int D>
 void Explicit<D>::advance(State<D>& s, Lanes* nodes, double dt, double t, bool has_velocities) const
 {
     const bool is_lumped = model_.method.mass == MassMatrix::lumped;
-    if (!has_velocities && (is_lumped || passes_.velocity_fit.solve || s.constraints.has_prescribed())) {
+    if (!has_velocities && (is_lumped || s.constraints.has_prescribed())) {
         velocities(s, nodes);
         has_velocities = true;
     }
@@ -322,20 +306,22 @@ void Explicit<D>::project(State<D>& s, Lanes* nodes) const
     }
 }
 
-/// The same and f_i; true where the nodes have velocities already instead of momenta.
+/// The same and f_i; true where the nodes have velocities already instead of momenta: fits, and where m_i is not that of the
+/// projection.
 template <int D>
 bool Explicit<D>::project_and_force(State<D>& s, Lanes* nodes) const
 {
-    if (passes_.project_and_force && !passes_.cell_fit.spread) {
+    const bool finds_velocities = passes_.velocity_fit.solve || model_.method.quadrature == Quadrature::cell;
+    const bool is_fused         = passes_.project_and_force && !passes_.cell_fit.spread;
+    if (is_fused)
         scatter(s, passes_.project_and_force, nodes, 0, NodeLane::end);
-        return false;
-    }
-    project(s, nodes);
-    const bool has_own_masses = model_.method.quadrature == Quadrature::cell;
-    if (has_own_masses) velocities(s, nodes);
+    else
+        project(s, nodes);
+    if (finds_velocities) velocities(s, nodes);
+    if (is_fused) return finds_velocities;
     s.halo.copy(nodes);
     add_forces(s, nodes, has_tls_velocity(model_.method));
-    return has_own_masses;
+    return finds_velocities;
 }
 
 /// f_i of the quadrature; with quadrature `cell` m_i too, then nodes must have velocities. `has_points`: they are there.
@@ -391,7 +377,7 @@ void Explicit<D>::report_projection(State<D>& s, const Lanes* nodes, bool has_ve
     const ParticleView<D> p = s.particles.view();
     auto add                = [](Lanes& total, const Lanes& one) { total += one; };
     const Lanes before      = parallel_reduce(
-             p.count, Lanes{}, [&](std::ptrdiff_t i) { return momentum_and_mass(p.m[i] * p.v[i], p.m[i]); }, add);
+             p.count, Lanes{}, [&](std::ptrdiff_t i) { return mass_momentum(p.m[i], p.v[i], 0.0); }, add);
     const auto& blocks = s.tiles.blocks();
     std::vector<Lanes> partial(blocks.size(), Lanes{});
     s.tiles.for_each_block([&](std::ptrdiff_t k) {

@@ -22,8 +22,8 @@ template <int D>
 void sort_particles(const Model<D>& model, State<D>& s)
 {
     constexpr double min_slack = 0.25;  // cells that a particle may travel before the next sort
-    const int halo             = static_cast<int>(std::ceil(s.reach + min_slack)) + extra_reach(model.method);
     s.extra_reach              = extra_reach(model.method);
+    const int halo             = static_cast<int>(std::ceil(s.reach + min_slack)) + s.extra_reach;
     wrap_periodic(model, s.particles);
 
     const Lattice<D> lattice(model.origin, model.h, model.cells, model.periodic, halo + 1, grid_basis(model.method));

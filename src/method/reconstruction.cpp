@@ -70,7 +70,7 @@ template <int D>
 void fit_cells(const Model<D>& model, const CellFitPasses<D>& passes, State<D>& s, const Sweep<D>& sweep)
 {
     make_room(s.cell_records, s.nodes.size(), passes.size);
-    make_room(s.cell_contents, s.nodes.size(), 1);
+    make_room(s.cell_contents, s.nodes.size());
     Lanes *records = s.cell_records.data(), *contents = s.cell_contents.data();
     clear(records, s.tiles, passes.size);
     clear(contents, s.tiles);
@@ -101,13 +101,9 @@ void fit_cells(const Model<D>& model, const CellFitPasses<D>& passes, State<D>& 
     /// Whether a cell beside it, of the grid, is empty.
     auto is_at_edge = [&](const Index<D>& cell) {
         bool r = false;
-        IndexBox<D>{Index<D>::filled(-1), Index<D>::filled(2)}.for_each([&](const Index<D>& d) {
-            Index<D> there = cell;
-            for (int a = 0; a < D; ++a) {
-                there[a] += d[a];
-                if (g.periodic[a]) there[a] = g.periodic_image(a, there[a]);
-            }
-            r = r || (g.has_cell(there) && !(s.tiles.is_active(there) && volume_inside(there) > 0));
+        IndexBox<D>::around(cell, 1).for_each([&](const Index<D>& at) {
+            const Index<D> there = g.inside_period(at);
+            r                    = r || (g.has_cell(there) && !(s.tiles.is_active(there) && volume_inside(there) > 0));
         });
         return r;
     };
@@ -176,21 +172,16 @@ void find_cell_gradients(const Passes<D>& passes, State<D>& s, const Lanes* node
     s.tiles.for_each_block([&](std::ptrdiff_t k) {
         s.tiles.nodes_of(blocks[k]).for_each([&](const Index<D>& cell) {
             if (!g.has_cell(cell) || C::get_known(record(cell)) != C::no) return;
-            auto known = [&](const Index<D>& d) -> const Lanes* {
-                Index<D> there = cell;
-                for (int a = 0; a < D; ++a) {
-                    there[a] += d[a];
-                    if (g.periodic[a]) there[a] = g.periodic_image(a, there[a]);
-                }
+            auto known = [&](const Index<D>& at) -> const Lanes* {
+                const Index<D> there = g.inside_period(at);
                 if (!g.has_cell(there) || !s.tiles.is_active(there)) return nullptr;
                 return C::get_known(record(there)) == C::yes ? record(there) : nullptr;
             };
             bool has_neighbour = false;
-            IndexBox<D>{Index<D>::filled(-1), Index<D>::filled(2)}.for_each(
-                [&](const Index<D>& d) { has_neighbour = has_neighbour || known(d); });
+            IndexBox<D>::around(cell, 1).for_each([&](const Index<D>& there) { has_neighbour = has_neighbour || known(there); });
             if (!has_neighbour) return;
             std::array<Lanes, C::size> found{};
-            fill_gradient<D>(known, found.data());
+            fill_gradient<D>(cell, known, found.data());
             if (C::get_known(found.data()) != C::no) filled[k].emplace_back(cell, found);
         });
     });

@@ -121,8 +121,7 @@ inline int extra_reach(const MethodSpec& method)
 {
     const bool fits_cells = method.quadrature == Quadrature::cell || method.gradient == Gradient::adjoint;
     if (!fits_velocity(method)) return fits_cells ? 1 : 0;
-    const int width = method.weight == Weight::hat ? 2 : method.weight == Weight::quadratic ? 3 : 4;
-    return std::max<int>(fits_cells, extra_reach(width, grid_basis(method).degree));
+    return std::max<int>(fits_cells, extra_reach(width_of(method.weight), grid_basis(method).degree));
 }
 
 /// Whether a condition stands on a plane inside a grid of splines, where they do not interpolate.

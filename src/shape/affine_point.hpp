@@ -16,42 +16,26 @@ ORDO_FLAT inline Vec<D> place_of_node(const Lattice<D>& g, std::ptrdiff_t node)
     return x;
 }
 
-template <int D, class Basis>
-struct AffinePoint : Point<D, Basis> {
-    using Row = typename Point<D, Basis>::Row;
-
-    /// D_p is diagonal for products of weights whose first moments vanish.
-    ORDO_FLAT static Row stencil(const Lattice<D>& g, const ParticleView<D>& p, int i)
+/// D_p is diagonal for products of weights whose first moments vanish.
+struct AffineGradient {
+    template <int D, class Row>
+    ORDO_FLAT static void set(const Lattice<D>& g, const Vec<D>& x, Row& s)
     {
-        Row s                = Point<D, Basis>::stencil(g, p, i);
         const Index<D> first = g.index(s.first);
         for (int a = 0; a < D; ++a) {
             double inertia = 0.0;
-            for (int k = 0; k < Basis::width; ++k) {
-                const double d = g.node_position(a, first[a] + k) - p.x[i][a];
+            for (int k = 0; k < Row::capacity; ++k) {
+                const double d = g.node_position(a, first[a] + k) - x[a];
                 s.dw[a][k]     = s.w[a][k] * d;
                 inertia += s.w[a][k] * d * d;
             }
             for (double& d : s.dw[a]) d *= inertia > 0 ? 1 / inertia : 0.0;
         }
-        return s;
-    }
-    template <class Visit>
-    ORDO_FLAT static void for_each_node(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes*, Visit&& visit)
-    {
-        ordo::for_each_node(stencil(g, p, i), g, visit);
-    }
-    ORDO_FLAT static void spread(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value,
-                                 const Lanes (&flux)[D])
-    {
-        ordo::spread(stencil(g, p, i), g, nodes, value, flux);
-    }
-    ORDO_FLAT static void collect(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value,
-                                  Lanes (&gradient)[D])
-    {
-        ordo::collect(stencil(g, p, i), g, nodes, value, gradient);
     }
 };
+
+template <int D, class Basis>
+using AffinePoint = Point<D, Basis, AffineGradient>;
 static_assert(Shape<AffinePoint<2, Hat>>);
 
 }  // namespace ordo

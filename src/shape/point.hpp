@@ -9,7 +9,15 @@
 
 namespace ordo {
 
-template <int D, class Basis>
+/// The gradient of a point's functions is their own.
+struct OwnGradient {
+    template <int D, class Row>
+    ORDO_FLAT static void set(const Lattice<D>&, const Vec<D>&, Row&)
+    {}
+};
+
+/// Gradient may put other slopes into the rows, see affine_point.hpp.
+template <int D, class Basis, class Gradient = OwnGradient>
 struct Point {
     static constexpr int dim          = D;
     static constexpr double max_reach = 0.0;
@@ -27,6 +35,7 @@ struct Point {
             s.first += g.stride[a] * cell;
             for (double& d : s.dw[a]) d *= g.inv_h[a];
         }
+        Gradient::set(g, p.x[i], s);
         return s;
     }
     template <class Visit>

@@ -58,18 +58,9 @@ ORDO_FLAT inline void spline_row(double t, double (&w)[W])
     }
 }
 
-/// Targets at integers, for W of which a sample counts.
-template <int W>
-ORDO_FLAT inline void fill_even(double y, WeightRow<W>& row)
-{
-    row.first = static_cast<int>(y - 0.5 * W + 1);  // not negative: targets of the margin
-    row.count = W;
-    for (int k = 0; k < W; ++k) row.distance[k] = y - (row.first + k);
-    spline_row<W>(row.distance[0], row.weight);
-}
-
-/// Targets at the centres of cells.
-struct CellCenters {
+/// Targets one cell apart, the first `halves` half cells from the first node.
+template <int halves>
+struct EvenTargets {
     static constexpr bool is_even = true;
     template <int W>
     static constexpr int capacity = W;
@@ -77,22 +68,15 @@ struct CellCenters {
     template <int W, int D>
     ORDO_FLAT static void fill(const Lattice<D>&, int, double y, WeightRow<W>& row)
     {
-        fill_even<W>(y - 0.5, row);
+        const double t = y - 0.5 * halves;
+        row.first      = static_cast<int>(t - 0.5 * W + 1);  // not negative: targets of the margin
+        row.count      = W;
+        for (int k = 0; k < W; ++k) row.distance[k] = t - (row.first + k);
+        spline_row<W>(row.distance[0], row.weight);
     }
 };
-
-/// Targets at the nodes of hats.
-struct HatNodes {
-    static constexpr bool is_even = true;
-    template <int W>
-    static constexpr int capacity = W;
-
-    template <int W, int D>
-    ORDO_FLAT static void fill(const Lattice<D>&, int, double y, WeightRow<W>& row)
-    {
-        fill_even<W>(y, row);
-    }
-};
+using HatNodes    = EvenTargets<0>;
+using CellCenters = EvenTargets<1>;
 
 /// Targets at the Greville points of splines, which stand closer at the faces of the grid.
 struct SplineNodes {

@@ -266,9 +266,6 @@ WeightRow<6> row_of(const Lattice<D>& g, int a, double y, Weight weight)
     return {};
 }
 
-/// Half the width of a weight, cells.
-double radius_of(Weight weight) { return weight == Weight::hat ? 1.0 : weight == Weight::quadratic ? 1.5 : 2.0; }
-
 /// f(offset of a node, sample about it with its weight there) for the nodes that a sample counts at.
 template <int D, class F>
 void for_each_target(const Lattice<D>& g, Weight weight, const Sample<D>& s, F&& f)
@@ -334,10 +331,7 @@ template <int D, int degree>
 Row fit_nodes(const Request& r, const Function<D>& u, const std::vector<Seed<D>>& seeds)
 {
     using M = Moments<D, degree, 1>;
-    const Lattice<D> g({}, Vec<D>::filled(1.0 / r.cells), Index<D>::filled(r.cells), {}, 4,
-                       {.degree = !has_splines(r.method)              ? 1
-                                  : r.method.basis == Basis::bspline2 ? 2
-                                                                      : 3});
+    const Lattice<D> g({}, Vec<D>::filled(1.0 / r.cells), Index<D>::filled(r.cells), {}, 4, grid_basis(r.method));
     const std::vector<Sample<D>> samples = samples_of(r, u, seeds);
     const Weight weight                  = r.method.weight;
     Row row{};
@@ -351,7 +345,7 @@ Row fit_nodes(const Request& r, const Function<D>& u, const std::vector<Seed<D>>
             for_each_target(g, weight, s, [&](std::ptrdiff_t node, const Sample<D>& about) {
                 M::add(&records[node * M::size], about.x, about.weight, {about.value});
             });
-        for_each_node_of(g, radius_of(weight), [&](const Index<D>& k, const Vec<D>& X, bool is_inside) {
+        for_each_node_of(g, 0.5 * width_of(weight), [&](const Index<D>& k, const Vec<D>& X, bool is_inside) {
             const Lanes* record = &records[g.offset(k) * M::size];
             if (!(M::weight(record) > 0)) {
                 ++empty;
@@ -397,8 +391,7 @@ Row fit_cells(const Request& r, const Function<D>& u, const std::vector<Seed<D>>
     double integral = 0.0;
     int empty = 0, dropped = 0, dropped_plain = 0;
     IndexBox<D>{Index<D>::filled(g.margin), Index<D>::filled(g.margin + r.cells)}.for_each([&](const Index<D>& k) {
-        Vec<D> center{};
-        for (int a = 0; a < D; ++a) center[a] = (k[a] - g.margin + 0.5) * h;
+        const Vec<D> center = g.cell_center(k);
         const double mean   = u.mean(center, h);
         const Lanes* record = &records[g.offset(k) * T::M::size];
         empty += !(T::M::weight(record) > 0);
