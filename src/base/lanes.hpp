@@ -94,6 +94,34 @@ ORDO_FLAT inline Lanes make_lanes(double a, double b, double c, double d, double
 #endif
 }
 
+/// Lane k of rows[j] and lane j of rows[k] change places.
+ORDO_FLAT inline void transpose(Lanes (&rows)[8])
+{
+#if !defined(__CUDACC__) && defined(__AVX512F__)
+    Lanes::Vector a[8], b[8];
+    for (int k = 0; k < 8; k += 2) {  // pairs within the same two columns
+        a[k]     = __builtin_shufflevector(rows[k].v, rows[k + 1].v, 0, 8, 2, 10, 4, 12, 6, 14);
+        a[k + 1] = __builtin_shufflevector(rows[k].v, rows[k + 1].v, 1, 9, 3, 11, 5, 13, 7, 15);
+    }
+    for (int k = 0; k < 8; k += 4)
+        for (int j = k; j < k + 2; ++j) {
+            b[j]     = __builtin_shufflevector(a[j], a[j + 2], 0, 1, 8, 9, 4, 5, 12, 13);
+            b[j + 2] = __builtin_shufflevector(a[j], a[j + 2], 2, 3, 10, 11, 6, 7, 14, 15);
+        }
+    for (int j = 0; j < 4; ++j) {
+        rows[j].v     = __builtin_shufflevector(b[j], b[j + 4], 0, 1, 2, 3, 8, 9, 10, 11);
+        rows[j + 4].v = __builtin_shufflevector(b[j], b[j + 4], 4, 5, 6, 7, 12, 13, 14, 15);
+    }
+#else
+    for (int j = 0; j < 8; ++j)
+        for (int k = 0; k < j; ++k) {
+            const double kept = rows[j][k];
+            rows[j][k]        = rows[k][j];
+            rows[k][j]        = kept;
+        }
+#endif
+}
+
 static_assert(sizeof(Lanes) == 64);
 
 }  // namespace ordo

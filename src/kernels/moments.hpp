@@ -28,15 +28,21 @@ struct Moments {
 
     using Record = Lanes[size];
 
+    /// What a sample of weight 1 at a distance from the target adds to its record.
+    ORDO_HD static void evaluate(const Vec<D>& distance, const double (&u)[fields], double (&number)[numbers])
+    {
+        double p[products];
+        Monomials<D, 2 * degree>::evaluate(distance, p);
+        for (int k = 0; k < products; ++k) number[k] = p[k];
+        for (int f = 0; f < fields; ++f)
+            for (int k = 0; k < unknowns; ++k) number[products + f * unknowns + k] = u[f] * p[k];
+    }
     /// Adds a sample: the plain form of `spread`.
     ORDO_HD static void add(Lanes* record, const Vec<D>& distance, double weight, const double (&u)[fields])
     {
-        double p[products], q[unknowns];
-        Monomials<D, 2 * degree>::evaluate(distance, p);
-        Monomials<D, degree>::evaluate(distance, q);
-        for (int k = 0; k < products; ++k) at(record, k) += weight * p[k];
-        for (int f = 0; f < fields; ++f)
-            for (int k = 0; k < unknowns; ++k) at(record, products + f * unknowns + k) += weight * u[f] * q[k];
+        double number[numbers];
+        evaluate(distance, u, number);
+        for (int k = 0; k < numbers; ++k) at(record, k) += weight * number[k];
     }
 
     /// Adds a sample at cell coordinates y to the records of all its targets; record k of the lattice starts at
@@ -69,12 +75,16 @@ struct Moments {
         spread_axis<D - 1, Places::is_even>(g, records + first * size, factor, count, factor[D - 1][0]);
     }
 
-    /// The matrix M, its lower half.
+    /// The matrix M, its lower half. A diagonal entry within the round-off of the sums is zero: samples on a line through the
+    /// target do not determine a slope across it.
     ORDO_HD static void matrix(const Lanes* record, double (&M)[unknowns][unknowns])
     {
         constexpr Products at;
+        constexpr double round_off = 1e-15;
         for (int i = 0; i < unknowns; ++i)
             for (int j = 0; j <= i; ++j) M[i][j] = get(record, at.of[i][j]);
+        for (int i = 1; i < unknowns; ++i)
+            if (M[i][i] <= round_off * M[0][0]) M[i][i] = 0.0;
     }
     /// The right-hand side of a field.
     ORDO_HD static void right_side(const Lanes* record, int field, double (&b)[unknowns])
@@ -89,10 +99,9 @@ struct Moments {
         return get(record, products + field * unknowns) / weight(record);
     }
     ORDO_FLAT static double get(const Lanes* record, int k) { return record[k / 8][k % 8]; }
-
-  private:
     ORDO_FLAT static double& at(Lanes* record, int k) { return record[k / 8][k % 8]; }
 
+  private:
     /// Where the products of two monomials are among the moments.
     struct Products {
         int of[unknowns][unknowns]{};
@@ -128,7 +137,7 @@ struct Moments {
         }
         return r;
     }
-    static constexpr std::array<Number, size* 8> number = make_numbers();
+    static constexpr std::array<Number, size* 8> factors = make_numbers();
 
     /// Ones in the lanes of part q of a record whose power along axis a is e, or that are multiplied by a field; those of no
     /// field come last.
@@ -139,8 +148,8 @@ struct Moments {
         Masks()
         {
             for (int k = 0; k < numbers; ++k) {
-                for (int a = 0; a < D; ++a) power[a][number[k].power[a]][k / 8][k % 8] = 1.0;
-                field[number[k].field < 0 ? fields : number[k].field][k / 8][k % 8] = 1.0;
+                for (int a = 0; a < D; ++a) power[a][factors[k].power[a]][k / 8][k % 8] = 1.0;
+                field[factors[k].field < 0 ? fields : factors[k].field][k / 8][k % 8] = 1.0;
             }
         }
     };

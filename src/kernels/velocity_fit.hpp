@@ -1,7 +1,7 @@
 // Velocities of nodes as least-squares fits to the particles, or to particles and corners (CPLS): projections mls and imls.
 #pragma once
 
-#include "kernels/moments.hpp"
+#include "kernels/moment_windows.hpp"
 #include "kernels/sweep.hpp"
 
 #include <limits>
@@ -61,13 +61,24 @@ template <int D, int degree, class Places, int W>
 void spread_velocity(const Sweep<D>& sweep, Lanes* records, bool with_corners, int begin, int end)
 {
     const Sweep<D> s = sweep;
-    for (int i = begin; i < end; ++i) {
-        const ParticleSamples<D> samples(s.lattice, s.p, i, with_corners);
-        for (int k = 0; k < samples.count; ++k) {
-            Vec<D> y{};
-            for (int a = 0; a < D; ++a) y[a] = s.lattice.cell_coordinate(a, samples.x[k][a]);
-            Moments<D, degree, D>::template spread<Places, W>(s.lattice, records, y, samples.v[k].c);
+    auto for_each    = [&](auto&& add) {
+        for (int i = begin; i < end; ++i) {
+            const ParticleSamples<D> samples(s.lattice, s.p, i, with_corners);
+            for (int k = 0; k < samples.count; ++k) {
+                Vec<D> y{};
+                for (int a = 0; a < D; ++a) y[a] = s.lattice.cell_coordinate(a, samples.x[k][a]);
+                add(y, samples.v[k].c);
+            }
         }
+    };
+    if constexpr (Places::is_even) {
+        thread_local MomentWindows<D, degree, D, Places, W> windows;  // for its memory
+        for_each([&](const Vec<D>& y, const double(&v)[D]) { windows.add(y, v); });
+        windows.spread(s.lattice, records);
+    } else {
+        for_each([&](const Vec<D>& y, const double(&v)[D]) {
+            Moments<D, degree, D>::template spread<Places, W>(s.lattice, records, y, v);
+        });
     }
 }
 

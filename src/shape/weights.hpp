@@ -65,13 +65,20 @@ struct EvenTargets {
     template <int W>
     static constexpr int capacity = W;
 
+    /// The first target that a sample at y counts at.
+    template <int W>
+    ORDO_FLAT static int first(double y)
+    {
+        return static_cast<int>(y - 0.5 * (halves + W) + 1);  // not negative: targets of the margin
+    }
+    ORDO_FLAT static double distance(double y, int target) { return y - 0.5 * halves - target; }
+
     template <int W, int D>
     ORDO_FLAT static void fill(const Lattice<D>&, int, double y, WeightRow<W>& row)
     {
-        const double t = y - 0.5 * halves;
-        row.first      = static_cast<int>(t - 0.5 * W + 1);  // not negative: targets of the margin
-        row.count      = W;
-        for (int k = 0; k < W; ++k) row.distance[k] = t - (row.first + k);
+        row.first = first<W>(y);
+        row.count = W;
+        for (int k = 0; k < W; ++k) row.distance[k] = distance(y, row.first + k);
         spline_row<W>(row.distance[0], row.weight);
     }
 };

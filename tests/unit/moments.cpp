@@ -1,4 +1,4 @@
-#include "kernels/moments.hpp"
+#include "kernels/moment_windows.hpp"
 #include "kernels/taylor.hpp"
 
 #include "support/particles.hpp"
@@ -17,18 +17,21 @@ Lattice<D> lattice_of(int cells, int degree, bool periodic = false)
     return {{}, Vec<D>::filled(1.0 / cells), Index<D>::filled(cells), Vec<D, bool>::filled(periodic), 3, {.degree = degree}};
 }
 
-/// Every record that `spread` fills is the one that `add` fills sample by sample with the weight of each target.
+/// Every record that `spread` fills, or that windows fill, is the one that `add` fills sample by sample with the weight of each
+/// target. Half of the samples share a cell, so that windows of many and of few are among them.
 template <int D, int degree, class Places, int W>
 void compare_spread_with_add(const Lattice<D>& g, Random& random)
 {
     using M = Moments<D, degree, D + 1>;
-    std::vector<Lanes> fast(g.node_count() * M::size, Lanes{}), plain(g.node_count() * M::size, Lanes{});
-    for (int s = 0; s < 40; ++s) {
+    std::vector<Lanes> fast(g.node_count() * M::size, Lanes{}), plain = fast, windowed = fast;
+    MomentWindows<D, degree, D + 1, std::conditional_t<Places::is_even, Places, HatNodes>, W> windows;
+    for (int s = 0; s < 80; ++s) {
         Vec<D> y{};
         double u[D + 1];
-        for (int a = 0; a < D; ++a) y[a] = g.margin + uniform(random, 0, g.cells[a]);
+        for (int a = 0; a < D; ++a) y[a] = g.margin + uniform(random, 0, s % 2 ? 1 : g.cells[a]);
         for (double& value : u) value = uniform(random, -1, 1);
         M::template spread<Places, W>(g, fast.data(), y, u);
+        if (Places::is_even) windows.add(y, u);
         IndexBox<D>{{}, g.nodes}.for_each([&](const Index<D>& at) {
             Vec<D> distance{};
             double weight = 1.0;
@@ -41,6 +44,10 @@ void compare_spread_with_add(const Lattice<D>& g, Random& random)
             if (weight > 0) M::add(&plain[g.offset(at) * M::size], distance, weight, u);
         });
     }
+    if (Places::is_even)
+        windows.spread(g, windowed.data());
+    else
+        windowed = fast;
     double difference = 0.0, largest = 0.0;
     // Nodes of splines outside the grid stand on its faces and are nobody's business.
     IndexBox<D> inside{Index<D>::filled(g.margin), g.nodes};
@@ -48,9 +55,10 @@ void compare_spread_with_add(const Lattice<D>& g, Random& random)
         inside.hi[a] = g.margin + g.cells[a] + g.basis.degree - (std::is_same_v<Places, CellCenters> ? g.basis.degree : 0);
     inside.for_each([&](const Index<D>& at) {
         for (int k = 0; k < M::numbers; ++k) {
-            const double a = M::get(&fast[g.offset(at) * M::size], k), b = M::get(&plain[g.offset(at) * M::size], k);
-            difference = std::max(difference, std::fabs(a - b));
-            largest    = std::max(largest, std::fabs(b));
+            const double b = M::get(&plain[g.offset(at) * M::size], k);
+            for (const auto& records : {&fast, &windowed})
+                difference = std::max(difference, std::fabs(M::get(&(*records)[g.offset(at) * M::size], k) - b));
+            largest = std::max(largest, std::fabs(b));
         }
     });
     EXPECT_GT(largest, 0.1);
