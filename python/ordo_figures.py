@@ -301,12 +301,13 @@ def draw_errors(axes, studies, name, methods):
     hs = sorted({h for s in studies for h in s["failed"] + [p[0] for c in s["errors"].values() for p in c]})
     level = dict.fromkeys(hs, 1.0)  # crosses of several methods at one h stand above each other
     curves = []
-    for study in studies:
+    for place, study in enumerate(studies):
         k = methods.index(study["method"])
+        size = max(3.0, 6.0 - 0.8 * place)  # curves that agree show all their markers
         colour = COLOURS[k % len(COLOURS)]
         if name in study["errors"]:
             curves.append(np.array(study["errors"][name]).T)
-            axes.loglog(*curves[-1], color=colour, marker=MARKERS[k % len(MARKERS)], markersize=4.5, linewidth=1.1, label=study["method"])
+            axes.loglog(*curves[-1], color=colour, marker=MARKERS[k % len(MARKERS)], markersize=size, linewidth=1.1, label=study["method"])
         for h in study["failed"]:
             axes.plot(h, level[h], "x", color=colour, transform=axes.get_xaxis_transform(), clip_on=False,
                       label=f"{study['method']} failed")
@@ -314,8 +315,8 @@ def draw_errors(axes, studies, name, methods):
     draw_slopes(axes, curves)
     axes.set_xlim(hs[0] / 1.25, hs[-1] * 1.25)
     ticks = []
-    for h in hs[::-1]:  # labels that have room
-        if not ticks or np.log(ticks[-1] / h) > 0.16 * np.log(hs[-1] / hs[0]):
+    for h in hs[::-1]:  # labels that have room: a character takes a 20th of the axis
+        if not ticks or np.log(ticks[-1] / h) > (0.025 * (len(f"{h:.2g}") + len(f"{ticks[-1]:.2g}")) + 0.05) * np.log(hs[-1] / hs[0]):
             ticks.append(h)
     axes.set_xticks(ticks, [f"{h:.2g}" for h in ticks])
     axes.minorticks_off()
@@ -403,6 +404,9 @@ def convergence(file, directory):
             if not any(s["errors"] for s in group):
                 print(f"ordo_figures.py: {', '.join([case] + told[0])}: there are no errors to draw", file=sys.stderr)
                 continue
+            if all(len(points) < 2 for s in group for points in s["errors"].values()) and not any(s["failed"] for s in group):
+                print(f"ordo_figures.py: {', '.join([case] + told[0])}: one mesh makes no curve", file=sys.stderr)
+                continue
             output = os.path.join(directory, re.sub(r"[^\w.+-]+", "-", "-".join([case] + told[0])) + ".png")
             draw_convergence(group, output, methods, ", ".join([case] + told[0]), ", ".join(told[1]))
             print(output)
@@ -413,7 +417,8 @@ def draw_convergence(studies, output, methods, title, subtitle):
     names = [name for name in ERRORS if any(name in s["errors"] for s in studies)]
     columns = 3 if len(names) > 4 else min(len(names), 2)
     rows = -(-len(names) // columns)
-    figure, axes = plt.subplots(rows, columns, figsize=(3.1 * columns, 2.5 * rows + 0.6), layout="constrained", squeeze=False)
+    beside = 1.3 if len(names) == rows * columns else 0  # where the legend stands on the right
+    figure, axes = plt.subplots(rows, columns, figsize=(3.1 * columns + beside, 2.5 * rows + 0.6), layout="constrained", squeeze=False)
     entries = {}
     for a, name in zip(axes.flat, names):
         draw_errors(a, studies, name, methods)
@@ -427,8 +432,8 @@ def draw_convergence(studies, output, methods, title, subtitle):
         axes.flat[-1].legend(entries.values(), entries.keys(), loc="center")
     else:
         axes[0, -1].legend(entries.values(), entries.keys(), loc="upper left", bbox_to_anchor=(1.05, 1))
-    figure.suptitle(f"{title}\n{textwrap.fill(subtitle, 36 * columns)}", fontsize=9)
-    figure.savefig(output)
+    figure.suptitle("\n".join(textwrap.fill(text, 44 * columns) for text in (title, subtitle) if text), fontsize=9)
+    figure.savefig(output, metadata={"Software": None})  # the same bytes from any version of matplotlib that draws the same
     plt.close(figure)
 
 

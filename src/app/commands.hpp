@@ -31,6 +31,7 @@ struct VerifyOptions {
     std::optional<int> ppc;
     std::vector<std::string> overrides;  ///< key=value
     std::optional<std::string> json;     ///< file, or - for stdout
+    std::optional<std::string> data;     ///< directory
     std::optional<std::string> figures;  ///< directory
 };
 

@@ -68,7 +68,7 @@ int dispatch(int argc, char** argv)
     list->callback([&] { result = app::list(what); });
 
     app::VerifyOptions verify_options;
-    std::string json, figures;
+    std::string json, data, figures;
     int ppc = 0;
     CLI::App* verify =
         cli.add_subcommand("verify", "run cases with known answers: errors, orders and whether they meet the bars");
@@ -85,7 +85,8 @@ int dispatch(int argc, char** argv)
     verify->add_option("--set", verify_options.overrides, "set a parameter of the case or an axis, key=value; may be repeated")
         ->allow_extra_args(false);
     verify->add_option("--json", json, "write JSON to a file, or to stdout with -");
-    verify->add_option("--figures", figures, "directory for convergence plots (needs python3 with matplotlib)");
+    verify->add_option("--data", data, "directory for sums over time and particles at the end, as CSV, and their verify.json");
+    verify->add_option("--figures", figures, "directory for these and plots of them (needs python3 with matplotlib)");
     with_threads(verify);
     verify->callback([&] {
         prepare();
@@ -94,7 +95,10 @@ int dispatch(int argc, char** argv)
                 fmt::format("ordo verify needs a case, or --all{}; see ordo list cases", all->count() > 0 ? ", not both" : ""));
         if (ppc > 0) verify_options.ppc = ppc;
         if (verify->count("--json") > 0) verify_options.json = json;
+        if (verify->count("--data") > 0) verify_options.data = data;
         if (verify->count("--figures") > 0) verify_options.figures = figures;
+        if (verify_options.data && verify_options.figures)
+            throw InputError("--figures: it writes what --data does; give one of them");
         result = app::verify(verify_options);
     });
 

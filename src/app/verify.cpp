@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <new>
 #include <optional>
+#include <utility>
 
 #include <spawn.h>
 #include <sys/wait.h>
@@ -96,10 +97,55 @@ void print(std::FILE* table, const std::string& text)
     std::fflush(table);
 }
 
-Row run_row(const Resolved& study, int cells)
+void write_file(const std::filesystem::path& path, const std::string& text)
 {
-    Request request = study.request;
-    request.cells   = cells;
+    io::AtomicFile file(path);
+    file.write(text);
+    file.commit();
+}
+
+/// A directory with verify.json without times, so that it is the same in each run, and the tables of its rows beside it.
+class Data {
+  public:
+    /// Throws InputError where it cannot be written: before minutes are spent.
+    Data(const std::string& option, const std::filesystem::path& directory) : directory_(directory)
+    {
+        std::error_code failure;
+        std::filesystem::create_directories(directory_, failure);
+        if (failure)
+            throw InputError(fmt::format("{}: {} cannot be created: {}", option, directory_.string(), failure.message()));
+        require_writable_file(option, json().string());
+    }
+
+    /// Writes the tables of a row and empties them.
+    void take_tables(const Resolved& study, int number, Row& row) const
+    {
+        take_table("history", study, number, row.history, row);
+        take_table("particles", study, number, row.final_particles, row);
+    }
+
+    void write(const std::vector<Result>& results) const { write_file(json(), to_json(results, Times::no)); }
+
+  private:
+    std::filesystem::path json() const { return directory_ / "verify.json"; }
+
+    void take_table(const std::string& what, const Resolved& study, int number, Table& table, Row& row) const
+    {
+        const Table taken = std::exchange(table, {});
+        if (taken.values.empty()) return;
+        const std::string name = fmt::format("{:02}-{}-{}-{}-{}.csv", number, study.of->name, study.preset, row.cells, what);
+        write_file(directory_ / name, to_csv(taken));
+        row.files.emplace_back(what, name);
+    }
+
+    std::filesystem::path directory_;
+};
+
+Row run_row(const Resolved& study, int cells, bool is_recorded)
+{
+    Request request     = study.request;
+    request.cells       = cells;
+    request.is_recorded = is_recorded;
     try {
         return study.of->run(request);
     } catch (const std::bad_alloc&) {
@@ -111,12 +157,13 @@ Row run_row(const Resolved& study, int cells)
     }
 }
 
-Result run_study(const Resolved& study, std::FILE* table)
+Result run_study(const Resolved& study, const Data* data, int number, std::FILE* table)
 {
     Result result{study, {}, {}};
     std::string header;
     for (const int cells : study.cells) {
-        result.rows.push_back(run_row(study, cells));
+        result.rows.push_back(run_row(study, cells, data != nullptr));
+        if (data) data->take_tables(study, number, result.rows.back());
         const std::size_t n = result.rows.size();
         if (n == 1) print(table, table_title(study));
         const std::string now = table_header(result.rows.back());
@@ -128,23 +175,13 @@ Result run_study(const Resolved& study, std::FILE* table)
     return result;
 }
 
-void write_file(const std::filesystem::path& path, const std::string& text)
-{
-    io::AtomicFile file(path);
-    file.write(text);
-    file.commit();
-}
-
-/// Convergence plots by python/ordo_figures.py, which lies beside the sources or in share/ordo of an installation.
+/// Plots by python/ordo_figures.py and ordo_gallery.py, which lie beside the sources or in share/ordo of an installation.
 class Figures {
   public:
     /// Throws InputError where the plots could not be made: before minutes are spent.
     explicit Figures(const std::filesystem::path& directory) : directory_(directory)
     {
         std::error_code failure;
-        std::filesystem::create_directories(directory_, failure);
-        if (failure) refuse(fmt::format("{} cannot be created: {}", directory_.string(), failure.message()));
-        require_writable_file("--figures", json().string());
         const auto here = std::filesystem::read_symlink("/proc/self/exe", failure).parent_path();
         for (const char* place : {"../../python", "../share/ordo"})
             if (std::filesystem::exists(here / place / "ordo_figures.py")) script_ = here / place / "ordo_figures.py";
@@ -152,16 +189,17 @@ class Figures {
         if (run({"-c", "import matplotlib, numpy"}) != 0) refuse("python3 has no matplotlib; install python3-matplotlib");
     }
 
-    void draw(const std::string& text) const
+    /// From what Data wrote.
+    void draw() const
     {
-        write_file(json(), text);
-        if (run({script_.string(), "convergence", json().string(), "-o", directory_.string()}) != 0)
+        const std::string gallery = script_.parent_path() / "ordo_gallery.py", json = directory_ / "verify.json";
+        if (run({script_.string(), "convergence", json, "-o", directory_.string()}) != 0 ||
+            run({gallery, "runs", json, "-o", directory_.string()}) != 0)
             throw OutputError(fmt::format("--figures {}: the plots were not drawn", directory_.string()));
     }
 
   private:
     [[noreturn]] static void refuse(const std::string& why) { throw InputError("--figures: " + why); }
-    std::filesystem::path json() const { return directory_ / "verify.json"; }
 
     /// The exit code of Debian's python3, which has Debian's packages, or of the one in the path.
     static int run(std::vector<std::string> arguments)
@@ -192,19 +230,25 @@ int verify(const VerifyOptions& options)
 {
     const std::vector<Resolved> studies = choose_studies(options);
     if (options.json && *options.json != "-") require_writable_file("--json", *options.json);
+    std::optional<Data> data;
+    if (options.data) data.emplace("--data", *options.data);
     std::optional<Figures> figures;
-    if (options.figures) figures.emplace(*options.figures);
+    if (options.figures) {
+        data.emplace("--figures", *options.figures);
+        figures.emplace(*options.figures);
+    }
     std::FILE* table = options.json == "-" ? stderr : stdout;
     std::vector<Result> results;
     int failures = 0;
     for (const Resolved& study : studies) {
-        results.push_back(run_study(study, table));
+        results.push_back(run_study(study, data ? &*data : nullptr, static_cast<int>(results.size()) + 1, table));
         failures += results.back().pass() == false;
         if (options.json && *options.json != "-") write_file(*options.json, to_json(results));  // so far: a night is long
     }
     const std::string json = to_json(results);
     if (options.json == "-") fmt::print("{}", json);
-    if (figures) figures->draw(json);
+    if (data) data->write(results);
+    if (figures) figures->draw();
     if (failures > 0) io::say("ordo: {} of {} studies miss a bar\n", failures, studies.size());
     return failures > 0 ? 1 : 0;
 }

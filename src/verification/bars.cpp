@@ -23,6 +23,7 @@ std::vector<Parameter> bar_parameters(double young, double speed, double dt, dou
 Problem<1> bar(const Request& r)
 {
     Problem<1> p{};
+    p.is_recorded     = r.is_recorded;
     p.model.method    = r.method;
     p.model.h         = {kLength / r.cells};
     p.model.cells     = {r.cells};
@@ -109,6 +110,7 @@ Row pull(const Request& r)
     const double young = r.values.number("young"), density = r.values.number("density");
     const double period = kLength / std::sqrt(young / density);
     Problem<1> p{};
+    p.is_recorded     = r.is_recorded;
     p.model.method    = r.method;
     p.model.h         = {kLength / r.cells};
     p.model.cells     = {r.cells + r.cells / 4 + 1};

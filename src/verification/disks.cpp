@@ -24,6 +24,7 @@ Problem<2> disks(const Request& r, const std::vector<Vec<2>>& centers)
     const double nu        = r.values.number("nu");
     const std::string& law = r.values.word("material");
     Problem<2> p{};
+    p.is_recorded     = r.is_recorded;
     p.model.method    = r.method;
     p.model.h         = Vec<2>::filled(1.0 / r.cells);
     p.model.cells     = Index<2>::filled(r.cells);

@@ -38,6 +38,7 @@ template <int D>
 Problem<D> on_grid(const Request& request, const Vec<D>& origin, const Index<D>& cells)
 {
     Problem<D> p{};
+    p.is_recorded     = request.is_recorded;
     p.model.method    = request.method;
     p.model.h         = Vec<D>::filled(1.0 / request.cells);
     p.model.origin    = origin;

@@ -3,12 +3,14 @@
 #include "base/error.hpp"
 #include "method/diagnostics.hpp"
 #include "method/planting.hpp"
+#include "verification/record.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 
 namespace ordo::verification {
 
@@ -51,13 +53,15 @@ Particles<D> plant_all(Problem<D>& problem)
 
 /// Takes all steps; after each `after(s)`. Fills seconds, and failed when the run ends early.
 template <int D, class After>
-void advance(Explicit<D>& method, State<D>& s, Row& row, After&& after)
+void advance(Explicit<D>& method, State<D>& s, Row& row, Recorder<D>& recorder, After&& after)
 {
     StageTimes times;
     method.measure(&times);
-    const auto begin = std::chrono::steady_clock::now();
+    const auto begin         = std::chrono::steady_clock::now();
+    const std::clock_t start = std::clock();
     try {
         for (long k = 0; k < row.steps; ++k) {
+            recorder.sample(s);
             method.step(s, row.dt);
             after(s);
         }
@@ -66,8 +70,10 @@ void advance(Explicit<D>& method, State<D>& s, Row& row, After&& after)
         row.steps  = s.n;
     }
     row.seconds            = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    row.seconds_cpu        = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     row.seconds_body_force = times.seconds[StageTimes::body_force];
     method.measure(nullptr);
+    if (!row.failed.empty()) recorder.finish(s);
 }
 
 /// Sums of squares of errors over particles, plain and weighted, and of the exact values.
@@ -121,15 +127,6 @@ void measure_particles(const Problem<D>& problem, const State<D>& s, Row& row)
         row.quantities.emplace_back("momentum_" + axis, sums.momentum[a]);
         row.quantities.emplace_back("momentum_" + axis + "_exact", momentum[a]);
     }
-}
-
-/// sum m |v|, kg m/s: what a change of momentum is measured by.
-template <int D>
-double momentum_size(const Particles<D>& p)
-{
-    double size = 0;
-    for (int i = 0; i < p.count; ++i) size += p.m[i] * norm(p.v[i]);
-    return size;
 }
 
 /// Momentum and velocity of the nodes. A node at x has the velocity of the material point that is at x now, at the time
@@ -191,13 +188,15 @@ Row measure(const Problem<D>& given)
     const double size      = momentum_size(s.particles);
     s.projection.is_wanted = true;
     double mass_defect = 0, momentum_defect = 0;
-    advance(method, s, row, [&](const State<D>& now) {
+    Recorder<D> recorder(problem, method, row);
+    advance(method, s, row, recorder, [&](const State<D>& now) {
         const ProjectionReport& kept = now.projection;
         mass_defect                  = std::max(mass_defect, std::fabs(kept.mass_after / kept.mass_before - 1));
         momentum_defect              = std::max(momentum_defect, norm(kept.momentum_after - kept.momentum_before));
     });
     if (!row.failed.empty()) return row;
     measure_particles(problem, s, row);
+    recorder.finish(s);
     row.quantities.emplace_back("largest_mass_defect", mass_defect);
     row.quantities.emplace_back("largest_momentum_defect", size > 0 ? momentum_defect / size : 0.0);
     try {
@@ -226,12 +225,14 @@ Row watch(const Problem<D>& given)
     const double size  = momentum_size(s.particles);
     double largest = 0, strain = 0;
     Totals last = first;
-    advance(method, s, row, [&](const State<D>& now) {
+    Recorder<D> recorder(problem, method, row);
+    advance(method, s, row, recorder, [&](const State<D>& now) {
         last    = totals(problem.model, now.particles);
         largest = std::max(largest, last.total_energy());
         strain  = std::max(strain, last.strain_energy);
     });
     if (!row.failed.empty()) return row;
+    recorder.finish(s);
     const double energy = first.total_energy();
     row.quantities      = {{"total_energy", last.total_energy() / energy},
                            {"largest_total_energy", largest / energy},

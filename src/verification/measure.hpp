@@ -25,6 +25,7 @@ struct Problem {
     std::shared_ptr<const Solution<D>> solution;    ///< for `measure`
     std::function<bool(const Vec<D>& X)> contains;  ///< whether the body has the material point X
     bool is_reference = false;                      ///< the solution is a computed one, known at 0 and `end` only
+    bool is_recorded  = false;                      ///< whether the row gets its tables
 
     std::function<Vec<D>(const Vec<D>& X)> velocity;  ///< at the start, for `watch`, m/s
 };

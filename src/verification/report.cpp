@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace ordo::verification {
 
@@ -40,19 +41,22 @@ Json orders(const Row& row, const Row* before)
 
 Json to_json(const Row& row, const Row* before)
 {
-    return {{"cells", row.cells},
-            {"h", row.h},
-            {"particles", row.particles},
-            {"steps", row.steps},
-            {"dt", row.dt},
-            {"seconds", row.seconds},
-            {"seconds_body_force", row.seconds_body_force},
-            {"error", object(row.error)},
-            {"error_l2", object(row.error_l2)},
-            {"error_relative", object(row.error_relative)},
-            {"quantities", object(row.quantities)},
-            {"order", orders(row, before)},
-            {"failed", row.failed.empty() ? Json(nullptr) : Json(row.failed)}};
+    Json r{{"cells", row.cells},
+           {"h", row.h},
+           {"particles", row.particles},
+           {"steps", row.steps},
+           {"dt", row.dt},
+           {"seconds", row.seconds},
+           {"seconds_body_force", row.seconds_body_force},
+           {"seconds_cpu", row.seconds_cpu},
+           {"error", object(row.error)},
+           {"error_l2", object(row.error_l2)},
+           {"error_relative", object(row.error_relative)},
+           {"quantities", object(row.quantities)},
+           {"order", orders(row, before)},
+           {"failed", row.failed.empty() ? Json(nullptr) : Json(row.failed)}};
+    for (const auto& [what, file] : row.files) r["files"][what] = file;
+    return r;
 }
 
 Json to_json(const Verdict& v)
@@ -82,6 +86,16 @@ Json to_json(const Result& result)
             {"pass", pass ? Json(*pass) : Json(nullptr)}};
 }
 
+/// Makes null of all numbers whose name starts with seconds.
+void forget_times(Json& json)
+{
+    for (auto& [name, value] : json.items())
+        if (value.is_structured())
+            forget_times(value);
+        else if (name.starts_with("seconds"))
+            value = nullptr;
+}
+
 }  // namespace
 
 std::optional<bool> Result::pass() const
@@ -92,11 +106,21 @@ std::optional<bool> Result::pass() const
     return all;
 }
 
-std::string to_json(const std::vector<Result>& results)
+std::string to_json(const std::vector<Result>& results, Times times)
 {
     Json r = Json::array();
     for (const Result& result : results) r.push_back(to_json(result));
+    if (times == Times::no) forget_times(r);
     return r.dump(1) + "\n";
+}
+
+std::string to_csv(const Table& table)
+{
+    std::string text        = fmt::format("{}\n", fmt::join(table.columns, ","));
+    const std::size_t width = table.columns.size();
+    for (std::size_t k = 0; k < table.values.size(); ++k)
+        fmt::format_to(std::back_inserter(text), "{}{}", table.values[k], (k + 1) % width ? ',' : '\n');
+    return text;
 }
 
 std::string table_title(const Resolved& study)

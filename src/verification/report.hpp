@@ -19,8 +19,14 @@ struct Result {
     std::optional<bool> pass() const;
 };
 
+/// Whether wall and CPU times stand in the JSON or null: without them it is the same in each run.
+enum class Times { yes, no };
+
 /// The array that `ordo verify --json` writes. Numbers that there are not, and infinite ones, are null.
-std::string to_json(const std::vector<Result>& results);
+std::string to_json(const std::vector<Result>& results, Times times = Times::yes);
+
+/// A table as CSV.
+std::string to_csv(const Table& table);
 
 /// The title of a study's table, the header of its columns, one row (with orders against the one before it), the bars.
 std::string table_title(const Resolved& study);

@@ -18,6 +18,12 @@ using Named = std::vector<std::pair<std::string, double>>;
 /// The entry called `name`; NaN where there is none.
 double find(const Named& named, std::string_view name);
 
+/// Columns of numbers, row by row.
+struct Table {
+    std::vector<std::string> columns;
+    std::vector<double> values;
+};
+
 /// One run of a study. Quantities that a case or a failed run does not have are left out.
 struct Row {
     int cells                 = 0;  ///< per unit length
@@ -27,11 +33,15 @@ struct Row {
     double dt                 = 0;  ///< s
     double seconds            = 0;  ///< of wall time in steps
     double seconds_body_force = 0;  ///< of these in the body force by automatic differentiation
+    double seconds_cpu        = 0;  ///< of all threads in steps
     Named error;                    ///< RMS over particles: displacement (m), velocity (m/s), stress (Pa), density
-    Named error_l2;        ///< square root of the sum of V |e|^2, V = J V0; velocity_grid over nodes, V their part of the grid
-    Named error_relative;  ///< L2 over that of the reference solution, where a case has no exact one
-    Named quantities;      ///< energies, momenta and what else a case watches
-    std::string failed;    ///< why the run ended early; empty when it did not
+    Named error_l2;         ///< square root of the sum of V |e|^2, V = J V0; velocity_grid over nodes, V their part of the grid
+    Named error_relative;   ///< L2 over that of the reference solution, where a case has no exact one
+    Named quantities;       ///< energies, momenta and what else a case watches
+    std::string failed;     ///< why the run ended early; empty when it did not
+    Table history;          ///< sums over time, see record.hpp; empty where nobody asked for it
+    Table final_particles;  ///< particles at the end, the same
+    std::vector<std::pair<std::string, std::string>> files;  ///< where these were written
 };
 
 using Value = std::variant<double, std::string>;
@@ -62,6 +72,7 @@ struct Request {
     int per_axis = 2;  ///< particles per cell along each axis
     int cells    = 0;  ///< per unit length
     Values values;
+    bool is_recorded = false;  ///< whether the row gets its tables
 };
 
 /// A limit on one number of a study.
