@@ -29,6 +29,7 @@ MARKERS = "osD^vP<X>"
 UNITS = {"displacement": "m", "position": "m", "velocity": "m/s", "stress": "Pa", "density": "kg/m³", "mass": "kg",
          "volume": "m³", "pressure": "Pa", "von_mises": "Pa", "energy_density": "J/m³"}
 LABELS = {"velocity": "speed", "von_mises": "von Mises stress"}
+LINES = ["-", "--", "-.", ":"]
 SLOPES = "orders 1 and 2"
 ERRORS = ["displacement", "velocity", "stress", "density", "velocity_grid", "value", "value_inside"]
 # Dimensions of VTK's cell types; the corners of a triangle as those of a quad, of a tetrahedron as those of a hexahedron.
@@ -132,8 +133,9 @@ def read_study(study):
             if e is not None and 0 < e < np.inf:
                 found.append((float(row["h"]), e))
     failed = [float(row["h"]) for row in study["rows"] if row["failed"]]
-    return {"case": str(study["case"]), "method": str(study["method"]), "parameters": dict(study["parameters"]),
-            "failed": failed, "errors": {name: sorted(found) for name, found in errors.items() if found}}
+    curves = [{name: np.array(v, float) for name, v in row["curves"].items()} for row in study["rows"] if row.get("curves")]
+    return {"case": str(study["case"]), "method": str(study["method"]), "parameters": dict(study["parameters"]), "failed": failed,
+            "errors": {name: sorted(found) for name, found in errors.items() if found}, "curves": curves[-1] if curves else None}
 
 
 # ---- drawing ---------------------------------------------------------------------------------------------------------
@@ -391,6 +393,8 @@ def convergence(file, directory):
     studies = read_studies(file)
     methods = list(dict.fromkeys(s["method"] for s in studies))
     os.makedirs(directory, exist_ok=True)
+    spectra(directory, [s for s in studies if s["curves"]])
+    studies = [s for s in studies if not s["curves"]]
     for case in dict.fromkeys(s["case"] for s in studies):
         sets = []  # of studies with the same parameters
         for study in (s for s in studies if s["case"] == case):
@@ -410,6 +414,41 @@ def convergence(file, directory):
             output = os.path.join(directory, re.sub(r"[^\w.+-]+", "-", "-".join([case] + told[0])) + ".png")
             draw_convergence(group, output, methods, ", ".join([case] + told[0]), ", ".join(told[1]))
             print(output)
+
+
+def spectra(directory, studies):
+    """Growth and speed of waves over wave number: one PNG a method, a curve a number of particles per cell and a shift."""
+    seen = {}
+    for s in studies:
+        label = f"{s['parameters']['ppc']} a cell" + (f", shift {number(s['parameters']['shift'])}" if s["parameters"]["shift"] else "")
+        axes = {k: v for k, v in s["parameters"].items() if k not in ("ppc", "shift", "shifts", "steps")}
+        seen.setdefault((s["case"], s["method"], tuple(axes.items())), {}).setdefault(label, s["curves"])
+    for (case, method, parameters), curves in seen.items():
+        told = ", ".join(f"{name} {number(value)}" for name, value in parameters)
+        same = [k for k in seen if k[:2] == (case, method)]
+        output = os.path.join(directory, f"{case}-{method}{f'-{same.index((case, method, parameters))}' if len(same) > 1 else ''}.png")
+        draw_spectra(curves, output, f"{case}, {method}, {told}")
+        print(output)
+
+
+def draw_spectra(curves, output, title):
+    """The largest growth of all waves, damping and relative speed of the one wave that the continuum has."""
+    panels = [("growth", "largest |eigenvalue|"), ("wave_size", "|eigenvalue| of the wave"), ("wave_speed", "its speed / c")]
+    figure, axes = plt.subplots(1, 3, figsize=(9.5, 3.0), layout="constrained")
+    for a, (name, label) in zip(axes, panels):
+        for k, (which, curve) in enumerate(curves.items()):
+            a.plot(curve["theta"] / np.pi, curve[name], color=COLOURS[k % len(COLOURS)], linewidth=1.2, linestyle=LINES[k % len(LINES)], label=which)
+        a.axhline(1, color=GREY, linewidth=0.6, zorder=0)
+        low, high = a.get_ylim()
+        if high - low < 1e-3:  # round-off is no growth
+            a.set_ylim(0.95, 1.05)
+        a.set_xlim(0, 1)
+        a.set_xlabel("wave number, $k h/\\pi$")
+        a.set_ylabel(label)
+    axes[-1].legend(loc="lower left")
+    figure.suptitle(textwrap.fill(title, 110), fontsize=9)
+    figure.savefig(output)
+    plt.close(figure)
 
 
 def draw_convergence(studies, output, methods, title, subtitle):

@@ -3,7 +3,7 @@
 verification < app.
 
 A file includes its own layer and those below it; grid, particles and material do not include each other. Below io no
-header includes fmt, CLI11, toml++, muParser or nlohmann-json (method/*.cpp may use fmt); only base/parallel.hpp knows OpenMP; a
+header includes fmt, CLI11, toml++, muParser, nlohmann-json or Eigen (method/*.cpp may use fmt); only base/parallel.hpp knows OpenMP; a
 header starts with a comment and has #pragma once. One line a fault on stdout, exit 1 if there is any.
 """
 
@@ -23,7 +23,7 @@ BELOW["app"] = BELOW["verification"] | {"verification"}
 
 GENERATED = {"ordo_version.hpp": {"io", "verification", "app"}}
 LIBRARIES = {"fmt": r"fmt/", "CLI11": r"CLI/", "toml++": r"toml\+\+/|toml\.hpp", "muParser": r"muParser", "nlohmann-json": r"nlohmann/",
-             "Gmsh": r"gmshc?\.h"}
+             "Eigen": r"Eigen/", "Gmsh": r"gmshc?\.h"}
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 OPENMP = re.compile(r"\bomp_\w|#\s*pragma\s+omp|<omp\.h>")
 

@@ -4,6 +4,7 @@
 #include "io/message.hpp"
 #include "io/progress.hpp"
 #include "io/writer.hpp"
+#include "method/courant.hpp"
 #include "method/diagnostics.hpp"
 #include "method/explicit.hpp"
 
@@ -53,6 +54,15 @@ auto with_dim(int dim, F&& f)
     }
 }
 
+/// Some methods have no stable time step; they run well where particles stay near sub-cell centres or runs are short.
+void warn_of_instability(const MethodSpec& method)
+{
+    if (const Instability* found = instability_of(method))
+        io::say("ordo: warning: with this method short waves grow, at any time step, once particles have left sub-cell centres: "
+                "{} (docs/verification.md, Dispersion)\n",
+                found->why);
+}
+
 template <int D>
 int run_case(const io::CaseInput& input, bool quiet)
 {
@@ -66,6 +76,8 @@ int run_case(const io::CaseInput& input, bool quiet)
     if (!quiet)
         io::say("{}: {}D, {} particles, {} on {} thread{}\n", input.title.empty() ? "ordo" : input.title, D, s.particles.count,
                 input.method.preset, thread_count(), thread_count() > 1 ? "s" : "");
+
+    if (!quiet) warn_of_instability(method.model().method);
 
     catch_signals();
     io::Progress progress(quiet, input.time.end);
@@ -90,7 +102,7 @@ int run_case(const io::CaseInput& input, bool quiet)
     frame();
     double next_frame = interval;
     while (s.t < end && !g_signal) {
-        double dt       = input.time.dt ? *input.time.dt : *input.time.cfl * courant_time_step(method.model(), s.particles);
+        double dt       = input.time.dt ? *input.time.dt : automatic_time_step(method.model(), s.particles, *input.time.cfl);
         const bool last = end - s.t < dt * (1 + 1e-9);
         if (last) dt = end - s.t;
         try {
@@ -122,9 +134,9 @@ int check_case(const io::CaseInput& input)
     io::Built<D> built = io::build<D>(input);
     io::require_writable(input.output);
     const Explicit<D> method(std::move(built.model));
-    const State<D> s   = method.start(std::move(built.particles));
-    const double limit = courant_time_step(method.model(), s.particles);
-    const double dt    = input.time.dt.value_or(input.time.cfl.value_or(0) * limit);
+    const State<D> s  = method.start(std::move(built.particles));
+    const double unit = courant_time_step(method.model(), s.particles);
+    const double dt   = input.time.dt ? *input.time.dt : automatic_time_step(method.model(), s.particles, *input.time.cfl);
     fmt::print("{}", io::echo_case(input));
     fmt::print(
         "\n# {} particles, {} cells, dt = {:.4g} s at the start (Courant number {:.3g}), about {:.0f} steps\n",
@@ -134,7 +146,8 @@ int check_case(const io::CaseInput& input)
             for (int a = 0; a < D; ++a) n *= method.model().cells[a];
             return n;
         }(),
-        dt, dt / limit, std::ceil(input.time.end / dt - 1e-9));
+        dt, dt / unit, std::ceil(input.time.end / dt - 1e-9));
+    warn_of_instability(method.model().method);
     return 0;
 }
 

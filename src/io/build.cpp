@@ -3,6 +3,7 @@
 #include "io/expression.hpp"
 #include "io/mesh_file.hpp"
 #include "io/particle_file.hpp"
+#include "method/courant.hpp"
 #include "method/explicit.hpp"
 #include "method/planting.hpp"
 #include "particles/sort.hpp"
@@ -382,12 +383,13 @@ void set_up_tractions(const CaseInput& in, int k, const CellMesh<D>& mesh, int f
 template <int D>
 void require_stable(const CaseInput& in, const Model<D>& model, const Particles<D>& particles)
 {
-    const double limit = courant_time_step(model, particles);
+    const double limit = stable_time_step(model, particles);
     if (in.time.dt && *in.time.dt > limit)
-        in.time.fail("dt", fmt::format("{} s is above the limit {:.4g} s = {:.3g} h/(c + |v|) of the P-wave speed and the "
-                                       "particle speed; use a smaller step, or cfl = 0.4",
-                                       *in.time.dt, limit, allowed_courant_number(model.method, D)));
-    const double steps = in.time.end / (in.time.dt ? *in.time.dt : *in.time.cfl * limit);
+        in.time.fail("dt",
+                     fmt::format("{} s is above the limit {:.4g} s = {:.3g} h/(c + |v|) of the method, the P-wave speed and "
+                                 "the particle speed; use a smaller step, or cfl = 0.4",
+                                 *in.time.dt, limit, stable_courant_number(model.method, D)));
+    const double steps = in.time.end / (in.time.dt ? *in.time.dt : automatic_time_step(model, particles, *in.time.cfl));
     if (steps > 1e12)
         in.time.fail("end", fmt::format("takes about {:.1g} steps of the time step; use a larger step or a shorter time", steps));
 }

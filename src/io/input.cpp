@@ -91,7 +91,7 @@ const Section<TimeInput>& time_section()
         .name = "time", .what = "How long and in which steps.",
         .keys = {{&TimeInput::end, {.name = "end", .what = "time at which the run ends", .unit = "s", .required = true, .min = 0, .open_min = true}},
                  {&TimeInput::dt, {.name = "dt", .what = "fixed time step; excludes cfl", .unit = "s", .default_text = "from cfl", .min = 0, .open_min = true}},
-                 {&TimeInput::cfl, {.name = "cfl", .what = "time step as a part of the limit h/(c + |v|), with the P-wave speed c, times the Courant number that basis and mass matrix allow (1 for hats with lumped mass), evaluated each step", .default_text = "0.4 without dt", .min = 0, .max = 1, .open_min = true}}}};
+                 {&TimeInput::cfl, {.name = "cfl", .what = "time step as a part of h/(c + |v|), with the P-wave speed c, times the Courant number that basis and mass matrix allow (1 for hats with lumped mass), at most the stable limit of the method (docs/design.md), evaluated each step", .default_text = "0.4 without dt", .min = 0, .max = 1, .open_min = true}}}};
     return s;
 }
 

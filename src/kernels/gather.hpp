@@ -28,11 +28,11 @@ ORDO_FLAT inline Mat<D> velocity_gradient(const Lanes (&gradient)[D])
 }
 
 /// The displacement gradient of a step with respect to its start, from dt L with respect to its end: the step back is
-/// I - dt L. Taking dt L itself would be first order.
+/// I - dt L. Taking dt L itself would be first order. (I - dt L)^-1 - I, written so that small steps do not cancel.
 template <int D>
 ORDO_FLAT inline Mat<D> from_start(const Mat<D>& dtL)
 {
-    return inverse(Mat<D>::identity() - dtL) - Mat<D>::identity();
+    return inverse(Mat<D>::identity() - dtL) * dtL;
 }
 
 /// F, sigma and V of particle i from dt L, the displacement gradient of the step with respect to its start.

@@ -5,7 +5,6 @@
 #include "base/error.hpp"
 
 #include <array>
-#include <cmath>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -231,22 +230,6 @@ inline constexpr std::array settings{
     Setting{"stretch_limit", &MethodSpec::stretch_limit, 0, 30,
             "parallelepiped: largest distance of a corner from the particle, cells; wider domains are scaled (Homel et al. "
             "2016); 0: none"}};
-
-/// dt c/h at which the fastest wave of the grid becomes unstable, over that of hats with lumped mass in full cells, 1. With
-/// the consistent mass 2/sqrt(largest eigenvalue of M^-1 K) in units of h/c, the end functions of splines being the fastest
-/// (computed for 40 cells, both ends free); waves along several axes then add.
-inline double allowed_courant_number(const MethodSpec& s, int dim)
-{
-    const bool lumped    = s.mass == MassMatrix::lumped;
-    const double several = lumped ? 1.0 : 1.0 / std::sqrt(dim);
-    switch (s.basis) {
-    case Basis::hat:
-    case Basis::ddmpm: return lumped ? 1.0 : 0.577 * several;
-    case Basis::bspline2: return lumped ? 0.862 : 0.430 * several;
-    case Basis::bspline3: return lumped ? 0.652 : 0.291 * several;
-    }
-    return 1.0;
-}
 
 /// A combination that makes no sense, and why.
 struct Rule {

@@ -2,6 +2,7 @@
 
 #include "kernels/nodes.hpp"
 #include "kernels/scatter.hpp"
+#include "method/courant.hpp"
 #include "method/layout.hpp"
 #include "method/reconstruction.hpp"
 
@@ -456,21 +457,44 @@ void Explicit<D>::constrain(State<D>& s, Lanes* nodes, double t) const
     s.halo.copy(nodes);
 }
 
+namespace {
+
+/// h over the P-wave speed plus |v|, smallest over axes and particles, s.
 template <int D>
-double courant_time_step(const Model<D>& model, const Particles<D>& particles)
+double crossing_time(const Model<D>& model, const Particles<D>& particles)
 {
     std::vector<double> c;
     for (const Material& m : model.materials) c.push_back(m.wave_speed());
-    const double allowed = allowed_courant_number(model.method, D);
-    const double rate    = parallel_reduce(
-           particles.count, 0.0,
-           [&](std::ptrdiff_t i) {
+    const double rate = parallel_reduce(
+        particles.count, 0.0,
+        [&](std::ptrdiff_t i) {
             double r = 0.0;
             for (int a = 0; a < D; ++a) r = std::max(r, (c[particles.material[i]] + norm(particles.v[i])) / model.h[a]);
             return r;
         },
-           [](double& total, double r) { total = std::max(total, r); });
-    return rate > 0 ? allowed / rate : std::numeric_limits<double>::infinity();
+        [](double& total, double r) { total = std::max(total, r); });
+    return rate > 0 ? 1 / rate : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
+template <int D>
+double courant_time_step(const Model<D>& model, const Particles<D>& particles)
+{
+    return courant_scale(model.method, D) * crossing_time(model, particles);
+}
+
+template <int D>
+double stable_time_step(const Model<D>& model, const Particles<D>& particles)
+{
+    return stable_courant_number(model.method, D) * crossing_time(model, particles);
+}
+
+template <int D>
+double automatic_time_step(const Model<D>& model, const Particles<D>& particles, double cfl)
+{
+    const double courant = std::min(cfl * courant_scale(model.method, D), stable_courant_number(model.method, D));
+    return courant * crossing_time(model, particles);
 }
 
 template class Explicit<1>;
@@ -479,5 +503,11 @@ template class Explicit<3>;
 template double courant_time_step(const Model<1>&, const Particles<1>&);
 template double courant_time_step(const Model<2>&, const Particles<2>&);
 template double courant_time_step(const Model<3>&, const Particles<3>&);
+template double stable_time_step(const Model<1>&, const Particles<1>&);
+template double stable_time_step(const Model<2>&, const Particles<2>&);
+template double stable_time_step(const Model<3>&, const Particles<3>&);
+template double automatic_time_step(const Model<1>&, const Particles<1>&, double);
+template double automatic_time_step(const Model<2>&, const Particles<2>&, double);
+template double automatic_time_step(const Model<3>&, const Particles<3>&, double);
 
 }  // namespace ordo

@@ -71,9 +71,15 @@ class Explicit {
     StageTimes* times_ = nullptr;
 };
 
-/// The largest dt with the Courant number that basis and mass matrix allow: h over the P-wave speed plus |v|, smallest over
-/// axes and particles, times allowed_courant_number, s.
+/// h over the P-wave speed plus |v|, smallest over axes and particles, s: times courant_scale, of which `cfl` is a part, or
+/// times stable_courant_number, which no time step may pass.
 template <int D>
 double courant_time_step(const Model<D>& model, const Particles<D>& particles);
+template <int D>
+double stable_time_step(const Model<D>& model, const Particles<D>& particles);
+
+/// The time step for a `cfl`, s.
+template <int D>
+double automatic_time_step(const Model<D>& model, const Particles<D>& particles, double cfl);
 
 }  // namespace ordo

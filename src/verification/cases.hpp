@@ -21,5 +21,6 @@ Case bar_traction();
 Case two_disks();
 Case wall_rebound();
 Case reconstruction();
+Case dispersion();
 
 }  // namespace ordo::verification

@@ -56,6 +56,8 @@ Json to_json(const Row& row, const Row* before)
            {"order", orders(row, before)},
            {"failed", row.failed.empty() ? Json(nullptr) : Json(row.failed)}};
     for (const auto& [what, file] : row.files) r["files"][what] = file;
+    for (const auto& [name, values] : row.curves)
+        for (const double value : values) r["curves"][name].push_back(number(value));
     return r;
 }
 

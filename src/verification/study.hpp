@@ -35,12 +35,13 @@ struct Row {
     double seconds_body_force = 0;  ///< of these in the body force by automatic differentiation
     double seconds_cpu        = 0;  ///< of all threads in steps
     Named error;                    ///< RMS over particles: displacement (m), velocity (m/s), stress (Pa), density
-    Named error_l2;         ///< square root of the sum of V |e|^2, V = J V0; velocity_grid over nodes, V their part of the grid
-    Named error_relative;   ///< L2 over that of the reference solution, where a case has no exact one
-    Named quantities;       ///< energies, momenta and what else a case watches
-    std::string failed;     ///< why the run ended early; empty when it did not
-    Table history;          ///< sums over time, see record.hpp; empty where nobody asked for it
-    Table final_particles;  ///< particles at the end, the same
+    Named error_l2;        ///< square root of the sum of V |e|^2, V = J V0; velocity_grid over nodes, V their part of the grid
+    Named error_relative;  ///< L2 over that of the reference solution, where a case has no exact one
+    Named quantities;      ///< energies, momenta and what else a case watches
+    std::vector<std::pair<std::string, std::vector<double>>> curves;  ///< numbers over wave number, where a case has them
+    std::string failed;                                               ///< why the run ended early; empty when it did not
+    Table history;                                           ///< sums over time, see record.hpp; empty where nobody asked for it
+    Table final_particles;                                   ///< particles at the end, the same
     std::vector<std::pair<std::string, std::string>> files;  ///< where these were written
 };
 

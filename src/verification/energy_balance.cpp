@@ -1,0 +1,102 @@
+#include "verification/energy_balance.hpp"
+
+#include "kernels/nodes.hpp"
+#include "method/diagnostics.hpp"
+
+#include <vector>
+
+namespace ordo::verification {
+
+namespace {
+
+/// f(node) for the nodes that are no images on periodic axes.
+template <int D, class F>
+void for_each_node_once(const State<D>& s, F&& f)
+{
+    for (const Index<D>& block : s.tiles.blocks())
+        s.tiles.nodes_of(block).for_each([&](const Index<D>& at) {
+            for (int a = 0; a < D; ++a)
+                if (s.lattice.periodic[a] && s.lattice.periodic_image(a, at[a]) != at[a]) return;
+            f(s.lattice.offset(at));
+        });
+}
+
+/// sum v_i . u_i of the lanes of two records that start at `of_v` and `of_u`.
+template <int D>
+double product(const State<D>& s, const Lanes* v, int of_v, const Lanes* u, int of_u)
+{
+    double sum = 0.0;
+    for_each_node_once(s, [&](std::ptrdiff_t i) {
+        for (int a = 0; a < D; ++a) sum += v[i][of_v + a] * u[i][of_u + a];
+    });
+    return sum;
+}
+
+/// The momenta M v of velocities of nodes, in the same lanes.
+template <int D>
+void momenta(const Model<D>& model, const Passes<D>& passes, State<D>& s, const Lanes* nodes, Lanes* to)
+{
+    if (model.method.mass == MassMatrix::lumped) {
+        for_each_node_once(s, [&](std::ptrdiff_t i) { to[i] = nodes[i] * nodes[i][NodeLane::mass]; });
+        return;
+    }
+    clear(to, s.tiles);
+    Sweep<D> view{s.lattice, s.particles.view(), to, model.materials.data(), 0.0, 0.0, model.method.stretch_limit};
+    if (has_tls_velocity(model.method)) {
+        view.p = s.points.view();
+        s.points.for_each_by_colour([&](const Tile& tile) { passes.apply_mass_points(view, nodes, tile.begin, tile.end); });
+    } else {
+        s.tiles.for_each_by_colour([&](const Tile& tile) { passes.apply_mass(view, nodes, tile.begin, tile.end); });
+    }
+    s.halo.add(to, 0, NodeLane::end);
+}
+
+}  // namespace
+
+EnergyBalance& EnergyBalance::operator+=(const EnergyBalance& o)
+{
+    projection += o.projection;
+    motion += o.motion;
+    work += o.work;
+    update += o.update;
+    stress += o.stress;
+    return *this;
+}
+
+template <int D>
+EnergyBalance step_with_balance(const Explicit<D>& method, State<D>& s, double dt)
+{
+    const Model<D>& model  = method.model();
+    const Passes<D> passes = choose_passes<D>(model.method);
+    constexpr int velocity = NodeLane::velocity, increment = NodeLane::increment;
+    const double dt_of_kick = 0.5 * (s.dt_prev + dt);
+
+    // Before: velocities, momenta and forces of the nodes. The step finds the same.
+    const Totals before = totals(model, s.particles);
+    method.project(s);
+    Array<Lanes> momentum(s.nodes.size());
+    momenta(model, passes, s, s.nodes.data(), momentum.data());
+    const double kinetic_before = 0.5 * product(s, s.nodes.data(), velocity, momentum.data(), velocity);
+    std::vector<Lanes> forces(s.nodes.begin(), s.nodes.end());
+
+    method.step(s, dt);
+    const Totals after = totals(model, s.particles);
+    momenta(model, passes, s, s.nodes.data(), momentum.data());
+    EnergyBalance e;
+    const double kinetic_after = 0.5 * product(s, s.nodes.data(), velocity, momentum.data(), velocity);
+    e.projection               = kinetic_before - before.kinetic_energy;
+    e.motion                   = kinetic_after - kinetic_before;
+    e.update                   = after.kinetic_energy - kinetic_after;
+    // The mean of the velocities before and after is that after less half of the increment.
+    e.work = dt_of_kick * (product(s, s.nodes.data(), velocity, forces.data(), increment) -
+                           0.5 * product(s, s.nodes.data(), increment, forces.data(), increment));
+    if (model.method.scheme == Scheme::usf) e.work = e.motion;
+    e.stress = after.strain_energy - before.strain_energy + e.work;
+    return e;
+}
+
+template EnergyBalance step_with_balance(const Explicit<1>&, State<1>&, double);
+template EnergyBalance step_with_balance(const Explicit<2>&, State<2>&, double);
+template EnergyBalance step_with_balance(const Explicit<3>&, State<3>&, double);
+
+}  // namespace ordo::verification

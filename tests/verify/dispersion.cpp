@@ -1,0 +1,226 @@
+// The lattice operator against symbols by hand, against the nonlinear step, and the limits that the time step is taken from.
+#include "method/courant.hpp"
+#include "method/diagnostics.hpp"
+#include "method/planting.hpp"
+#include "verification/energy_balance.hpp"
+#include "verification/lattice_operator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <string>
+
+namespace ordo::verification {
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double kPi = std::numbers::pi;
+
+MethodSpec preset(std::string_view name)
+{
+    for (const Preset& p : presets())
+        if (p.name == name) return p.spec;
+    throw std::logic_error("no such preset");
+}
+
+/// The largest |eigenvalue| at a Courant number, of 1 to 4 particles a cell wherever they lie.
+double growth_anywhere(const MethodSpec& method, double courant)
+{
+    double growth = 0.0;
+    for (int n = 1; n <= 4; ++n)
+        for (const double shift : {0.0, 0.25, 0.4, 0.5}) {
+            if (method.mass == MassMatrix::consistent && n == 1) continue;  // singular for some shifts
+            LatticeOperator<1> op({method, n, shift, 64, 0.0});
+            op.assemble(courant);
+            growth = std::max(growth, op.growth(64));
+        }
+    return growth;
+}
+
+/// Hats, one particle in the middle of each cell, lumped mass, stress last: with s, c = sin, cos(theta/2) the nodes have
+/// c v and the acceleration 2 i s sigma, and the particles get v + C c (2 i s sigma) and sigma + C 2 i s (c v + C 2 i s sigma).
+TEST(LatticeOperator, IsTheSymbolByHand)
+{
+    LatticeOperator<1> op({preset("mpm"), 1, 0.0, 32, 0.0});
+    for (const double C : {0.2, 0.7}) {
+        op.assemble(C);
+        for (const double theta : {0.1, 1.0, 2.5, kPi}) {
+            const double s = std::sin(theta / 2), c = std::cos(theta / 2);
+            const Complex i(0, 1), cross            = 2.0 * i * C * s * c;
+            const Complex hand[2][2] = {{1.0, cross}, {cross, 1 - 4 * C * C * s * s}};
+            const auto found         = op.symbol({theta});
+            ASSERT_EQ(found.size(), 4u);
+            for (int k = 0; k < 4; ++k) EXPECT_LT(std::abs(found[k] - hand[k / 2][k % 2]), 1e-14) << theta << ' ' << k;
+        }
+    }
+}
+
+/// Particles on the nodes leave no projection: the step is the leapfrog of Gong (2015), eqs. 7.13 and 7.14, for which
+/// sin(omega dt/2) = C sin(theta/2) (errata 38), sharp up to C = 1.
+TEST(LatticeOperator, IsGongsSchemeWhereParticlesAreNodes)
+{
+    LatticeOperator<1> op({preset("mpm"), 1, 0.5, 32, 0.0});
+    for (const double C : {0.3, 0.99}) {
+        op.assemble(C);
+        for (const double theta : {0.2, 1.5, 3.0})
+            for (const Complex& value : op.eigenvalues({theta})) {
+                EXPECT_NEAR(std::abs(value), 1.0, 1e-13);
+                EXPECT_NEAR(std::fabs(std::sin(std::arg(value) / 2)), C * std::sin(theta / 2), 1e-13);
+            }
+    }
+    EXPECT_NEAR(find_stable(op, 4.0).to, 1.0, 1e-5);
+}
+
+/// A wave on the lattice after a nonlinear step, by central differences of amplitude `size`, less what the symbol says.
+template <int D>
+double distance_from_step(const MethodSpec& method, int per_axis, double size)
+{
+    const ParticleLattice lattice{method, per_axis, 0.2, 12, 0.2};
+    const double C = 0.3;
+    LatticeOperator<D> op(lattice);
+    op.assemble(C);
+    Vec<D> theta{};
+    for (int a = 0; a < D; ++a) theta[a] = 2 * kPi * (a + 2) / lattice.cells;
+
+    const Explicit<D> exact(model_of<D>(lattice, MaterialModel::neo_hookean));
+    const Material& material = exact.model().materials[0];
+    const int in_box         = static_cast<int>(std::lround(std::pow(lattice.cells, D)));
+    const int in_cell = op.particle_count() / in_box, fields = op.size() / in_cell, stresses = D * (D + 1) / 2;
+    std::vector<Complex> start(op.size());
+    for (int k = 0; k < op.size(); ++k)
+        if (k % fields < D + stresses) start[k] = Complex(std::cos(3.0 * k), std::sin(5.0 * k));
+    std::vector<Complex> end(op.size());
+    const auto G = op.symbol(theta);
+    for (int r = 0; r < op.size(); ++r)
+        for (int k = 0; k < op.size(); ++k) end[r] += G[r * op.size() + k] * start[k];
+
+    // Values of the wave at the particle with this number.
+    auto at = [&](const std::vector<Complex>& wave, int id, int field) {
+        int cell     = id / in_cell;
+        double phase = 0.0;
+        for (int a = 0; a < D; ++a, cell /= lattice.cells) phase += theta[a] * (cell % lattice.cells);
+        return (wave[id % in_cell * fields + field] * std::polar(1.0, phase)).real();
+    };
+    auto step = [&](double amplitude) {
+        State<D> s      = exact.start(plant_all(exact.model(), seeds_of<D>(lattice)));
+        Particles<D>& p = s.particles;
+        for (int i = 0; i < p.count; ++i) {
+            Mat<D> stress{};
+            for (int a = 0, f = D; a < D; ++a) {
+                p.v[i][a] = amplitude * at(start, p.id[i], a);
+                for (int b = a; b < D; ++b, ++f) stress(a, b) = stress(b, a) = amplitude * at(start, p.id[i], f);
+            }
+            // The strain of that stress, small.
+            const double mean = trace(stress) * material.lambda / (D * material.lambda + 2 * material.mu);
+            p.F[i]            = Mat<D>::identity() + stress * (0.5 / material.mu);
+            for (int a = 0; a < D; ++a) p.F[i](a, a) -= mean * 0.5 / material.mu;
+            p.sigma[i] = initial_stress(material, p.F[i]);
+        }
+        s.n       = 1;
+        s.dt_prev = C;
+        exact.step(s, C);
+        std::vector<double> r(static_cast<std::size_t>(p.count) * (D + stresses));
+        for (int i = 0; i < p.count; ++i) {
+            double* of = &r[p.id[i] * (D + stresses)];
+            for (int a = 0; a < D; ++a) *of++ = p.v[i][a];
+            for (int a = 0; a < D; ++a)
+                for (int b = a; b < D; ++b) *of++ = p.sigma[i](a, b);
+        }
+        return r;
+    };
+    const auto up = step(size), down = step(-size);
+    double largest = 0.0;
+    for (int id = 0; id < op.particle_count(); ++id)
+        for (int f = 0; f < D + stresses; ++f) {
+            const std::size_t k = id * (D + stresses) + f;
+            largest             = std::max(largest, std::fabs((up[k] - down[k]) / (2 * size) - at(end, id, f)));
+        }
+    return largest;
+}
+
+/// The operator is the derivative of the nonlinear step: what is left falls with the square of the amplitude.
+TEST(LatticeOperator, IsTheDerivativeOfTheStep)
+{
+    for (const Preset& p : presets()) {
+        SCOPED_TRACE(p.name);
+        const bool is_fitted = p.spec.projection == Projection::tls;
+        const int n          = is_fitted ? 3 : 2;
+        const double coarse = distance_from_step<1>(p.spec, n, 1e-3), fine = distance_from_step<1>(p.spec, n, 1e-4);
+        EXPECT_LT(fine, 2e-6);
+        EXPECT_GT(coarse / fine, 30) << fine;
+        if (p.spec.domain == Domain::simplex || is_fitted) continue;
+        EXPECT_LT(distance_from_step<2>(p.spec, n, 1e-4), 1e-5);
+    }
+    for (const char* scheme : {"usf", "musl"}) {
+        MethodSpec method = preset("cpdi1");
+        method.scheme     = parse_choice<Scheme>(scheme);
+        EXPECT_LT(distance_from_step<1>(method, 2, 1e-4), 1e-6) << scheme;
+        EXPECT_LT(distance_from_step<2>(method, 2, 1e-4), 1e-5) << scheme;
+    }
+}
+
+/// method/courant.hpp is what the spectra say. Every preset is stable at its limit, unless it is among the unstable ones.
+TEST(StableCourantNumber, IsThatOfTheSpectrum)
+{
+    for (const Preset& p : presets()) {
+        SCOPED_TRACE(p.name);
+        const double growth = growth_anywhere(p.spec, (1 - 1e-4) * stable_courant_number(p.spec, 1));
+        if (instability_of(p.spec))
+            EXPECT_GT(growth, 1 + 1e-4);
+        else
+            EXPECT_LE(growth, 1 + kGrowthTolerance);
+    }
+}
+
+/// Its rows that are below courant_scale are sharp, and what it leaves at courant_scale is stable there.
+TEST(StableCourantNumber, IsSharp)
+{
+    const MethodSpec mpm;
+    auto with = [&](Basis basis, MassMatrix mass, Scheme scheme, Domain domain) {
+        MethodSpec s = mpm;
+        s.basis = basis, s.mass = mass, s.scheme = scheme, s.domain = domain;
+        return s;
+    };
+    for (const Scheme scheme : {Scheme::usl, Scheme::musl, Scheme::usf})
+        for (const auto& basis : Axis<Basis>::choices)
+            for (const MassMatrix mass : {MassMatrix::lumped, MassMatrix::consistent})
+                for (const Domain domain : {Domain::point, Domain::parallelepiped}) {
+                    const MethodSpec s = with(basis.value, mass, scheme, domain);
+                    if (broken_rule(s)) continue;
+                    const double limit = stable_courant_number(s, 1);
+                    SCOPED_TRACE(std::string(basis.name) + " " + std::string(name_of(mass)) + " " + std::string(name_of(scheme)) +
+                                 " " + std::string(name_of(domain)));
+                    EXPECT_LE(growth_anywhere(s, (1 - 1e-4) * limit), 1 + kGrowthTolerance);
+                    if (limit < courant_scale(s, 1)) EXPECT_GT(growth_anywhere(s, (1 + 2e-3) * limit), 1 + 1e-4);
+                }
+}
+
+/// The parts of the change of energy are all of it, and the power balance of the nodes closes, for every preset.
+TEST(EnergyBalance, Closes)
+{
+    for (const Preset& p : presets()) {
+        SCOPED_TRACE(p.name);
+        const ParticleLattice lattice{p.spec, p.spec.projection == Projection::tls ? 3 : 2, 0.0, 16, 0.0};
+        const Explicit<1> method(model_of<1>(lattice, MaterialModel::linear_rate_1d));
+        Particles<1> particles = plant_all(method.model(), seeds_of<1>(lattice));
+        set_velocities<1>(
+            particles, 0, particles.count, [](const Vec<1>& x) { return Vec<1>{1e-6 * std::sin(kPi * x[0] / 8)}; },
+            method.model().h);
+        State<1> s         = method.start(std::move(particles));
+        const double first = totals(method.model(), s.particles).total_energy();
+        double last        = first;
+        for (int k = 0; k < 20; ++k) {
+            const EnergyBalance e = step_with_balance(method, s, 0.3);
+            const double now      = totals(method.model(), s.particles).total_energy();
+            EXPECT_LT(std::fabs(e.motion - e.work), 1e-12 * first) << k;
+            EXPECT_LT(std::fabs(e.projection + e.motion + e.update + e.stress - e.work - (now - last)), 1e-12 * first) << k;
+            last = now;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace ordo::verification
