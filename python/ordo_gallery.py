@@ -69,6 +69,11 @@ class CaseRun:
         return words + [word for s in (*self.set, *(["time.end=0.05"] if quick else [])) for word in ("--set", s)]
 
 
+def call_of(run, quick=False):
+    """The call as a user would type it."""
+    return " ".join(["ordo", *(w if not os.path.isabs(w) else f"cases/{run.name}/case.toml" for w in run.arguments(quick))])
+
+
 class Results:
     """What a run wrote, from its directory."""
 
@@ -155,7 +160,7 @@ class Runner:
         with open(os.path.join(directory, "command.json"), "w", encoding="utf-8") as stream:
             json.dump(self.command(run), stream)
         took = time.monotonic() - begin
-        print(f"{took:8.1f} s  ordo {' '.join(w for w in run.arguments(self.quick) if not os.path.isabs(w))}", flush=True)
+        print(f"{took:8.1f} s  {call_of(run, self.quick)}", flush=True)
         return took
 
 
@@ -253,7 +258,8 @@ def draw_error_curves(axes, curves, xlabel="cell size, m", ylabel=None, exponent
             axes.loglog(curve["h"], curve["error"], **style.of_line())
         for h in curve["failed"]:
             top[h] = top.get(h, 0.94) + 0.06
-            axes.plot(h, top[h], "x", color=style.colour, transform=axes.get_xaxis_transform(), clip_on=False, markersize=5)
+            axes.plot(h, top[h], "x", color=style.colour, transform=axes.get_xaxis_transform(), clip_on=False, markersize=5,
+                      label=f"{style.label} fails")
         if len(curve["h"]) > 1:
             drawn.append(np.array([curve["h"], curve["error"]])[:, ::-1])
     if drawn:
@@ -272,7 +278,7 @@ def finish_log_axes(axes, exponents=False):
         axis.set_major_locator(LogLocator(10, subs=(1, 2, 5) if is_short else (1,), numticks=9))
         axis.set_minor_formatter(NullFormatter())
         if exponents:
-            axis.set_major_formatter(LogFormatterExponent(labelOnlyBase=False))
+            axis.set_major_formatter((lambda value, _: f"{np.log10(value):.2g}") if is_short else LogFormatterExponent())
         elif is_short and 1e-3 < low < 1e3:
             axis.set_major_formatter("{x:g}")
         elif is_short:
@@ -353,7 +359,7 @@ def all_errors_figure(results, figure, output):
     """Gong's: all L2 errors of a method in one panel, over log10 h. options["panels"]: (title, [(run, method, line, label)])."""
     quantities = {"stress": ("s", RED), "density": ("D", GREEN), "velocity": ("o", BLUE), "velocity_grid": ("v", PURPLE), "displacement": ("^", BLACK)}
     members = figure.options["panels"]
-    fig, axes, slot = panels(1, len(members), 3.7, 3.4, 0.45)
+    fig, axes, slot = panels(1, len(members), 3.9, 3.4, 0.3)
     numbers = {}
     for a, (title, studies) in zip(axes.flat, members):
         curves = []
@@ -362,12 +368,12 @@ def all_errors_figure(results, figure, output):
             for name, (marker, colour) in quantities.items():
                 curve = error_curve_of(study, "error_l2", name)
                 numbers.setdefault(title, {})[f"{name}{label}"] = curve
-                crosses = curve["failed"] if name == "stress" else []  # one for all
                 curves.append((Style(name.replace("velocity_grid", "grid velocity") + label, colour, marker, line, line == "-"),
-                               {**curve, "failed": crosses}))
+                               {**curve, "failed": []}))
+            curves.append((Style(f"{method}{label}"), {"h": [], "error": [], "failed": curve["failed"]}))  # one cross for all
         draw_error_curves(a, curves, "$\\log_{10}$ h, h in m", "$\\log_{10}$ of the $L_2$ error", True)
         a.set_title(title)
-    add_legend(fig, axes, slot, 5)
+    add_legend(fig, axes, slot, 7)
     save(fig, output)
     return numbers
 
@@ -715,7 +721,7 @@ def tran_vortex_3d():
 
 
 def tran_disks():
-    times = {"0.005": "Fig. 49: t = 0", "1.5": "Fig. 50: t = 1.5 s", "3": "Fig. 51: t = 3 s"}
+    times = {"0.005": "Fig. 49: t = 0.005 s", "1.5": "Fig. 50: t = 1.5 s", "3": "Fig. 51: t = 3 s"}
     stills = {t: Run("two-disks", "cpls", (20,), 9, (f"end={t}",)) for t in times}
     run, wall = Run("two-disks", "cpdi1,cpls", (20,), 9), Run("wall-rebound", "cpdi1,cpls", (20,), 4)
     shots = [(stills[t], "cpls", 20, title) for t, title in times.items()]
@@ -782,12 +788,12 @@ def wobbes():
     alone = Run("bar-large-strain", "tls-bsmpm", (20,), 8, ("method.tls=stress",))
 
     def members(m):
-        r = [(small, m, Style("without TLS", BLUE, "o", "-", False)), (small, f"tls-{m}", Style("with TLS", RED, "s"))]
+        r = [(small, m, Style("without TLS", BLUE, "o", "-", False))]
         if m == "mpm":
             r.append((matrix, m, Style("without TLS, consistent mass", GREEN, "D", "--", False)))
         if m == "bsmpm":
             r.append((plain, m, Style("without TLS, lumped mass", GREY, "^", ":", False)))
-        return r
+        return [*r, (small, f"tls-{m}", Style("with TLS", RED, "s"))]
 
     rows = [[(f"{label}: {n}", "error", n, members(m)) for m, label in grids.items()] for n in ("displacement", "velocity", "stress")]
     curves = {m: [(large, m, Style("without TLS", BLUE, "", ":")), (large, f"tls-{m}", Style("with TLS", RED, "", "-"))] for m in grids}
@@ -838,10 +844,17 @@ def draw_gallery(o):
     for f in figures:
         drawn = f.draw({r: runner.results(r) for r in f.runs}, f, os.path.join(o.output, f.name + ".png"))
         print(os.path.join(o.output, f.name + ".png"), flush=True)
-        runs = [" ".join(w for w in r.arguments(o.quick) if not os.path.isabs(w)) for r in f.runs]
+        runs = [call_of(r, o.quick) for r in f.runs]
         numbers.append({"name": f.name, "paper": f.paper, "figures": f.number, "title": f.title, "runs": runs,
                         "drawn": None if f.has_times else rounded(drawn)})
-    with open(os.path.join(o.output, "gallery.json"), "w", encoding="utf-8") as stream:
+    file = os.path.join(o.output, "gallery.json")
+    kept = {}
+    if os.path.exists(file):  # with --only those that were drawn before stay
+        with open(file, encoding="utf-8") as stream:
+            kept = {f["name"]: f for f in json.load(stream)}
+    kept.update((f["name"], f) for f in numbers)
+    numbers = [kept[f.name] for f in gallery_figures() if f.name in kept]
+    with open(file, "w", encoding="utf-8") as stream:
         json.dump(numbers, stream, indent=1, sort_keys=True, ensure_ascii=False)
         stream.write("\n")
 

@@ -137,6 +137,16 @@ class Command(InTemporaryDirectory):
         self.assertEqual(done.returncode, 1)
         self.assertIn("tran-99", done.stderr)
 
+    def test_the_page_shows_every_figure(self):
+        page = (ROOT / "docs" / "gallery.md").read_text()
+        with open(ROOT / "docs" / "gallery" / "gallery.json", encoding="utf-8") as stream:
+            drawn = {f["name"] for f in json.load(stream)}
+        names = {f.name for f in gallery.gallery_figures()}
+        self.assertEqual(drawn, names)
+        for name in names:
+            self.assertIn(f"gallery/{name}.png", page)
+            self.assertTrue((ROOT / "docs" / "gallery" / f"{name}.png").exists(), name)
+
 
 class Data(InTemporaryDirectory):
     """`ordo verify --data`."""
