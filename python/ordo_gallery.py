@@ -804,6 +804,19 @@ def wobbes():
                {"panels": [(label, curves[m]) for m, label in grids.items()], "limits": (-9000, 9000)})]
 
 
+def vortex_study():
+    """Ours, not a figure of a paper: docs/vortex.md."""
+    plain = Run("vortex", "cpdi1,cpls,cpdi2", (16, 32, 64, 128), 4, ("cfl=0.1",))
+    splines = Run("vortex", "cpdi1", (16, 32, 64, 128), 4, ("cfl=0.1", "method.basis=bspline2"))
+    best = Run("vortex", "bscpdi2", (16, 32, 64, 128, 256), 4, ("cfl=0.15",))
+    quadratic = Run("vortex", "cpls", (16, 32, 64, 128), 4, ("cfl=0.15", "method.basis=bspline2", "method.domain=cell", "method.degree=2"))
+    members = [(plain, m, style_of(m)) for m in ("cpdi1", "cpls", "cpdi2")]
+    members += [(splines, "cpdi1", Style("CPDI on splines", BLUE, "s", "--")), (best, "bscpdi2", Style("CPDI2 on splines", BLACK)),
+                (quadratic, "cpls", Style("CPLS of degree 2 on CPDI2 and splines", RED, "s", "--"))]
+    rows = [[(n, "error", n, members) for n in ("displacement", "velocity", "stress")]]
+    return Figure("vortex-study", "ordo", "", "Vortex on fine meshes", [plain, splines, best, quadratic], convergence_figure, {"panels": rows})
+
+
 def gallery_figures():
     bar = by_ppc("vibration-1d", 0.1)[0][1]  # 4 ppc
     cube = Run("vibration-3d", "cpdi1,cpls", (8,), 8)
@@ -812,7 +825,7 @@ def gallery_figures():
             energies("tran-18-20-3d", "18-20 in 3D", 0, cube, 8, "Vibrating cube: energies"),
             tran_ring(), tran_ring_printed(), tran_ring_3d(),
             momenta("tran-29-30", "29-30", "Ring: momentum", Run("ring", "cpdi1,cpls", RING_CELLS, 4, ("amplitude=0.1",)), 10, 29),
-            *tran_vortex(), tran_vortex_3d(), *tran_disks(), tran_balls(), *gong(), *wobbes()]
+            *tran_vortex(), tran_vortex_3d(), *tran_disks(), tran_balls(), *gong(), *wobbes(), vortex_study()]
 
 
 # ---- commands --------------------------------------------------------------------------------------------------------

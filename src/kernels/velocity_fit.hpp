@@ -71,15 +71,19 @@ void spread_velocity(const Sweep<D>& sweep, Lanes* records, bool with_corners, i
             }
         }
     };
-    if constexpr (Places::is_even) {
-        thread_local MomentWindows<D, degree, D, Places, W> windows;  // for its memory
-        for_each([&](const Vec<D>& y, const double(&v)[D]) { windows.add(y, v); });
-        windows.spread(s.lattice, records);
-    } else {
-        for_each([&](const Vec<D>& y, const double(&v)[D]) {
-            Moments<D, degree, D>::template spread<Places, W>(s.lattice, records, y, v);
-        });
+    // Windows cost more than they save where few samples share one, or few targets.
+    constexpr bool has_windows = Places::is_even && (D == 3 || (D == 2 && W == 4));
+    if constexpr (has_windows) {
+        if (with_corners) {
+            thread_local MomentWindows<D, degree, D, Places, W> windows;  // for its memory
+            for_each([&](const Vec<D>& y, const double(&v)[D]) { windows.add(y, v); });
+            windows.spread(s.lattice, records);
+            return;
+        }
     }
+    for_each([&](const Vec<D>& y, const double(&v)[D]) {
+        Moments<D, degree, D>::template spread<Places, W>(s.lattice, records, y, v);
+    });
 }
 
 /// The mass of a node that has a velocity but no mass.

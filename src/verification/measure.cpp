@@ -121,7 +121,8 @@ void measure_particles(const Problem<D>& problem, const State<D>& s, Row& row)
     row.quantities    = {{"kinetic_energy", sums.kinetic_energy},
                          {"kinetic_energy_exact", kinetic},
                          {"strain_energy", sums.strain_energy},
-                         {"strain_energy_exact", strain}};
+                         {"strain_energy_exact", strain},
+                         {"energy_over_exact", (sums.kinetic_energy + sums.strain_energy) / (kinetic + strain)}};
     for (int a = 0; a < D; ++a) {
         const std::string axis(1, static_cast<char>('x' + a));
         row.quantities.emplace_back("momentum_" + axis, sums.momentum[a]);

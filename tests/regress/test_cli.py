@@ -57,6 +57,22 @@ class Commands(InTemporaryDirectory):
                 again = self.good("check", self.write("case.toml", first))
                 self.assertEqual(without_comments(again), without_comments(first))
 
+    def test_the_time_step_ends_at_the_limit_of_the_method(self):
+        """`cfl` is dt (c + |v|)/h up to 0.7071 with stress last; a scheme without that limit goes on."""
+        for cfl, scheme, wanted in ((0.4, "usl", 0.4), (0.7, "usl", 0.7), (1.0, "usl", 0.707), (1.0, "musl", 1.0)):
+            with self.subTest(cfl=cfl, scheme=scheme):
+                case = edit(CASE, ("dt = 0.001", f"cfl = {cfl}"), f'\n[method]\npreset = "mpm"\nscheme = "{scheme}"\n')
+                self.assertIn(f"(Courant number {wanted:.3g})", self.good("check", self.write("case.toml", case)))
+
+    def test_a_method_that_is_never_stable_is_announced(self):
+        for preset, warned in (("impm", True), ("impm-adjoint", False), ("mpm", False), ("tls-mpm", True)):
+            with self.subTest(preset):
+                case = self.write("case.toml", edit(CASE, f'\n[method]\npreset = "{preset}"\n'))
+                done = ordo("check", case, cwd=self.dir)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertEqual("warning" in done.stderr, warned, done.stderr)
+                self.assertNotIn("warning", ordo("run", case, "--quiet", cwd=self.dir).stderr)
+
     def test_check_writes_nothing(self):
         self.good("check", self.write("case.toml", CASE))
         self.assertEqual([p.name for p in self.dir.iterdir()], ["case.toml"])

@@ -168,10 +168,11 @@ TEST(StableCourantNumber, IsThatOfTheSpectrum)
     for (const Preset& p : presets()) {
         SCOPED_TRACE(p.name);
         const double growth = growth_anywhere(p.spec, (1 - 1e-4) * stable_courant_number(p.spec, 1));
-        if (instability_of(p.spec))
+        if (instability_of(p.spec)) {
             EXPECT_GT(growth, 1 + 1e-4);
-        else
+        } else {
             EXPECT_LE(growth, 1 + kGrowthTolerance);
+        }
     }
 }
 
@@ -194,7 +195,9 @@ TEST(StableCourantNumber, IsSharp)
                     SCOPED_TRACE(std::string(basis.name) + " " + std::string(name_of(mass)) + " " + std::string(name_of(scheme)) +
                                  " " + std::string(name_of(domain)));
                     EXPECT_LE(growth_anywhere(s, (1 - 1e-4) * limit), 1 + kGrowthTolerance);
-                    if (limit < courant_scale(s, 1)) EXPECT_GT(growth_anywhere(s, (1 + 2e-3) * limit), 1 + 1e-4);
+                    if (limit < courant_scale(s, 1)) {
+                        EXPECT_GT(growth_anywhere(s, (1 + 2e-3) * limit), 1 + 1e-4);
+                    }
                 }
 }
 
