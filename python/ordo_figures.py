@@ -138,6 +138,12 @@ def read_study(study):
             "errors": {name: sorted(found) for name, found in errors.items() if found}, "curves": curves[-1] if curves else None}
 
 
+def save(figure, output):
+    """Without the versions and dates that matplotlib would write: the same bytes from any version that draws the same."""
+    figure.savefig(output, metadata={"Software": None})
+    plt.close(figure)
+
+
 # ---- drawing ---------------------------------------------------------------------------------------------------------
 
 def field_label(name):
@@ -348,8 +354,7 @@ def energies(directories, output, labels=None):
         draw_energies(axes, directories[0])
     else:
         draw_total_energies(axes, directories, labels or [os.path.basename(os.path.normpath(d)) for d in directories])
-    figure.savefig(output)
-    plt.close(figure)
+    save(figure, output)
 
 
 def snapshots(directory, output, times, field="velocity", view=None, dim=None, limits=None, curve=None, walls=()):
@@ -372,8 +377,7 @@ def snapshots(directory, output, times, field="velocity", view=None, dim=None, l
         draw_energies(axes[-1], directory)
     elif curve:
         draw_curves(axes[-1], directory, curve)
-    figure.savefig(output)
-    plt.close(figure)
+    save(figure, output)
 
 
 def summary(directories, output=sys.stdout):
@@ -447,8 +451,7 @@ def draw_spectra(curves, output, title):
         a.set_ylabel(label)
     axes[-1].legend(loc="lower left")
     figure.suptitle(textwrap.fill(title, 110), fontsize=9)
-    figure.savefig(output)
-    plt.close(figure)
+    save(figure, output)
 
 
 def draw_convergence(studies, output, methods, title, subtitle):
@@ -472,8 +475,7 @@ def draw_convergence(studies, output, methods, title, subtitle):
     else:
         axes[0, -1].legend(entries.values(), entries.keys(), loc="upper left", bbox_to_anchor=(1.05, 1))
     figure.suptitle("\n".join(textwrap.fill(text, 44 * columns) for text in (title, subtitle) if text), fontsize=9)
-    figure.savefig(output, metadata={"Software": None})  # the same bytes from any version of matplotlib that draws the same
-    plt.close(figure)
+    save(figure, output)
 
 
 def number(value):

@@ -27,7 +27,7 @@ from matplotlib.colors import Normalize
 from matplotlib.ticker import LogFormatterExponent, LogFormatterSciNotation, LogLocator, NullFormatter
 
 import ordo_figures
-from ordo_figures import BLACK, BLUE, COLOURS, GREY, MARKERS, ORANGE, UNITS
+from ordo_figures import BLACK, BLUE, COLOURS, GREY, MARKERS, ORANGE, UNITS, save
 
 GREEN, PURPLE, RED = COLOURS[3], COLOURS[4], COLOURS[5]
 NAMES = {"mpm": "MPM", "cpdi1": "CPDI", "cpdi2": "CPDI2", "cpls": "CPLS", "impm": "IMPM", "icpdi1": "improved CPDI", "impm-adjoint": "adjoint IMPM",
@@ -307,12 +307,6 @@ def panels(rows, columns, width, height, legend=0.32):
     return figure, axes, slot
 
 
-def save(figure, output):
-    """Without the versions and dates that matplotlib would write into it."""
-    figure.savefig(output, metadata={"Software": None})
-    plt.close(figure)
-
-
 def unit_label(name, norm="error"):
     what = {"velocity_grid": "grid velocity"}.get(name, name)
     return f"{'RMS of ' if norm == 'error' else '$L_2$, '}{what}" + (f", {UNITS[name]}" if norm == "error" and name in UNITS else "")
@@ -386,7 +380,7 @@ def history_figure(results, figure, output):
     numbers = {}
     for a, (title, ylabel, curves) in zip(axes.flat, members):
         for run, method, cells, column, style in curves:
-            table = history_of(results[run], method, cells, ["time", column]) if method else read_history(results[run])
+            table = history_of(results[run], method, cells, ["time", column]) if method else ordo_figures.read_history(results[run].directory)
             t, y = table["time"], table[column]
             a.plot(t, y, color=style.colour, linestyle=style.line, label=style.label, linewidth=1.2, marker=style.marker or "",
                    markersize=3, markevery=max(1, len(t) // 20), markerfacecolor=style.colour if style.filled else "white")
@@ -402,10 +396,6 @@ def history_figure(results, figure, output):
     add_legend(fig, axes, slot, figure.options.get("legend_columns", 5))
     save(fig, output)
     return numbers
-
-
-def read_history(results):
-    return read_table(os.path.join(results.directory, "history.csv"))
 
 
 def map_figure(results, figure, output):

@@ -5,6 +5,8 @@
 
 namespace ordo {
 
+constexpr int power_of(int base, int exponent) { return exponent == 0 ? 1 : base * power_of(base, exponent - 1); }
+
 /// Indices of a node, a cell or a tile along each axis.
 template <int D>
 using Index = Vec<D, int>;

@@ -129,6 +129,8 @@ struct Lattice {
             if (periodic[a]) at[a] = periodic_image(a, at[a]);
         return at;
     }
+    /// Whether it stands for one inside the period.
+    bool is_image(const Index<D>& at) const { return !(inside_period(at) == at); }
 };
 
 }  // namespace ordo

@@ -47,10 +47,9 @@ class MomentWindows {
         double u[fields];
         Index<D> first;
     };
-    static constexpr int power(int n, int e) { return e == 0 ? 1 : n * power(n, e - 1); }
 
     static constexpr double middle = 0.5 * (W - 1);
-    static constexpr int targets   = power(W, D);
+    static constexpr int targets   = power_of(W, D);
     static constexpr int parts     = (targets + 7) / 8;  ///< Lanes of one number for all targets
     static constexpr int batch     = 16;                 ///< samples whose weights and numbers are kept at hand
 

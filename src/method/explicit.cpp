@@ -383,8 +383,7 @@ void Explicit<D>::report_projection(State<D>& s, const Lanes* nodes, bool has_ve
     std::vector<Lanes> partial(blocks.size(), Lanes{});
     s.tiles.for_each_block([&](std::ptrdiff_t k) {
         s.tiles.nodes_of(blocks[k]).for_each([&](const Index<D>& at) {
-            for (int a = 0; a < D; ++a)
-                if (s.lattice.periodic[a] && s.lattice.periodic_image(a, at[a]) != at[a]) return;
+            if (s.lattice.is_image(at)) return;
             const Lanes& n      = nodes[s.lattice.offset(at)];
             const double factor = has_velocities ? n[NodeLane::mass] : 1.0;
             partial[k] += n * make_lanes(factor, factor, factor, 1, 0, 0, 0, 0);

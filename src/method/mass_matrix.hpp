@@ -28,9 +28,10 @@ class MassSolver {
 
     int iterations() const { return iterations_; }  ///< of the last solve
 
-  private:
+    /// to = M from, without regard to `lump_below`; velocities and increments in their lanes.
     void apply(State<D>& s, const Sweep<D>& sweep, const Lanes* from, Lanes* to) const;
 
+  private:
     Passes<D> passes_;
     double lump_below_;
     bool is_of_points_;  ///< sums over quadrature points instead of particles

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/array.hpp"
+#include "base/index.hpp"
 #include "base/vec.hpp"
 #include "particles/cells.hpp"
 
@@ -14,8 +15,6 @@ namespace ordo {
 /// Whole periods that a particle has travelled along each axis.
 template <int D>
 using Turns = Vec<D, int>;
-
-constexpr int power_of(int base, int exponent) { return exponent == 0 ? 1 : base * power_of(base, exponent - 1); }
 
 /// The polynomial of a particle's velocity: m/s a product of orthogonal polynomials of degree 0, 1, 2 along each axis.
 template <int D>

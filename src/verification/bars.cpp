@@ -22,16 +22,12 @@ std::vector<Parameter> bar_parameters(double young, double speed, double dt, dou
 /// The bar between fixed ends; solution and body force are the caller's.
 Problem<1> bar(const Request& r)
 {
-    Problem<1> p{};
-    p.is_recorded     = r.is_recorded;
-    p.model.method    = r.method;
-    p.model.h         = {kLength / r.cells};
-    p.model.cells     = {r.cells};
-    p.model.materials = {{MaterialModel::linear_rate_1d, kDensity, 0.0, r.values.number("young") / 2}};
-    p.model.body_forces.resize(1);
+    Problem<1> p       = problem_of<1>(r);
+    p.model.h          = {kLength / r.cells};
+    p.model.cells      = {r.cells};
+    p.model.materials  = {{MaterialModel::linear_rate_1d, kDensity, 0.0, r.values.number("young") / 2}};
     p.model.boundaries = {Boundary<1>{.at = 0.0, .value = {}}, Boundary<1>{.outer_is_above = true, .at = kLength, .value = {}}};
     p.dt               = r.values.number("dt");
-    p.end              = r.values.number("end");
     p.seeds            = fill_box(Bounds<1>{{0.0}, {kLength}}, SubCells<1>{{}, p.model.h, {r.per_axis}});
     p.contains         = [](const Vec<1>& X) { return X[0] >= -1e-12 && X[0] <= kLength + 1e-12; };
     return p;
@@ -109,20 +105,16 @@ Row pull(const Request& r)
 {
     const double young = r.values.number("young"), density = r.values.number("density");
     const double period = kLength / std::sqrt(young / density);
-    Problem<1> p{};
-    p.is_recorded     = r.is_recorded;
-    p.model.method    = r.method;
-    p.model.h         = {kLength / r.cells};
-    p.model.cells     = {r.cells + r.cells / 4 + 1};
-    p.model.materials = {{MaterialModel::linear_rate_1d, density, 0.0, young / 2}};
-    p.model.body_forces.resize(1);
-    p.model.boundaries = {Boundary<1>{.at = 0.0, .value = {}}};
-    p.end              = r.values.number("end");
-    p.dt               = r.values.number("cfl") * p.model.h[0] / kLength * period;
-    p.seeds            = fill_box(Bounds<1>{{0.0}, {kLength}}, SubCells<1>{{}, p.model.h, {r.per_axis}});
-    p.contains         = [](const Vec<1>& X) { return X[0] >= -1e-12 && X[0] <= kLength + 1e-12; };
-    const auto bar     = std::make_shared<PulledBar>(young, density, r.values.number("traction"), r.values.number("rise"));
-    p.solution         = bar;
+    Problem<1> p        = problem_of<1>(r);
+    p.model.h           = {kLength / r.cells};
+    p.model.cells       = {r.cells + r.cells / 4 + 1};
+    p.model.materials   = {{MaterialModel::linear_rate_1d, density, 0.0, young / 2}};
+    p.model.boundaries  = {Boundary<1>{.at = 0.0, .value = {}}};
+    p.dt                = r.values.number("cfl") * p.model.h[0] / kLength * period;
+    p.seeds             = fill_box(Bounds<1>{{0.0}, {kLength}}, SubCells<1>{{}, p.model.h, {r.per_axis}});
+    p.contains          = [](const Vec<1>& X) { return X[0] >= -1e-12 && X[0] <= kLength + 1e-12; };
+    const auto bar      = std::make_shared<PulledBar>(young, density, r.values.number("traction"), r.values.number("rise"));
+    p.solution          = bar;
     p.model.tractions.push_back(
         {.type = TractionType::dead, .value = {Field([bar](const FieldPoint& at) { return bar->load(at.t); })}});
     p.load = [](const Vec<1>& normal, const Vec<1>&) { return normal[0] > 0 ? 0 : -1; };

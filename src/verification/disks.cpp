@@ -23,18 +23,14 @@ Problem<2> disks(const Request& r, const std::vector<Vec<2>>& centers)
 {
     const double nu        = r.values.number("nu");
     const std::string& law = r.values.word("material");
-    Problem<2> p{};
-    p.is_recorded     = r.is_recorded;
-    p.model.method    = r.method;
-    p.model.h         = Vec<2>::filled(1.0 / r.cells);
-    p.model.cells     = Index<2>::filled(r.cells);
-    p.model.materials = {{law == "neo-hookean"           ? MaterialModel::neo_hookean
-                          : law == "st-venant-kirchhoff" ? MaterialModel::st_venant_kirchhoff
-                                                         : MaterialModel::jaumann_elastic,
-                          kDensity, kYoung * nu / ((1 + nu) * (1 - 2 * nu)), kYoung / (2 * (1 + nu))}};
-    p.model.body_forces.resize(1);
-    p.dt  = r.values.number("dt");
-    p.end = r.values.number("end");
+    Problem<2> p           = problem_of<2>(r);
+    p.model.h              = Vec<2>::filled(1.0 / r.cells);
+    p.model.cells          = Index<2>::filled(r.cells);
+    p.model.materials      = {{law == "neo-hookean"           ? MaterialModel::neo_hookean
+                               : law == "st-venant-kirchhoff" ? MaterialModel::st_venant_kirchhoff
+                                                              : MaterialModel::jaumann_elastic,
+                               kDensity, kYoung * nu / ((1 + nu) * (1 - 2 * nu)), kYoung / (2 * (1 + nu))}};
+    p.dt                   = r.values.number("dt");
     for (const Vec<2>& center : centers) {
         const auto own = fill(Ball<2>{center, kRadius}, SubCells<2>{{}, p.model.h, Index<2>::filled(r.per_axis)});
         p.seeds.insert(p.seeds.end(), own.begin(), own.end());

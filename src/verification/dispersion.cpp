@@ -137,7 +137,7 @@ void add_energies(const Request& r, double shift, double courant, double wave, d
 {
     constexpr int periods         = 4;
     const ParticleLattice lattice = lattice_of(r, shift);
-    const Explicit<D> method(model_of<D>(lattice, D == 1 ? MaterialModel::linear_rate_1d : MaterialModel::jaumann_elastic));
+    const Explicit<D> method(model_of<D>(lattice, rate_law<D>));
     const Model<D>& model = method.model();
     Particles<D> p        = plant_all(model, seeds_of<D>(lattice));
     set_velocities<D>(

@@ -37,16 +37,12 @@ inline double paper_speed(const Values& v) { return std::sqrt(v.number("young") 
 template <int D>
 Problem<D> on_grid(const Request& request, const Vec<D>& origin, const Index<D>& cells)
 {
-    Problem<D> p{};
-    p.is_recorded     = request.is_recorded;
-    p.model.method    = request.method;
+    Problem<D> p      = problem_of<D>(request);
     p.model.h         = Vec<D>::filled(1.0 / request.cells);
     p.model.origin    = origin;
     p.model.cells     = cells;
     p.model.materials = {elastic_material(request.values)};
-    p.model.body_forces.resize(1);
-    p.dt  = request.values.number("cfl") * p.model.h[0] / paper_speed(request.values);
-    p.end = request.values.number("end");
+    p.dt              = request.values.number("cfl") * p.model.h[0] / paper_speed(request.values);
     return p;
 }
 

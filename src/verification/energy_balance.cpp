@@ -1,7 +1,7 @@
 #include "verification/energy_balance.hpp"
 
-#include "kernels/nodes.hpp"
 #include "method/diagnostics.hpp"
+#include "method/mass_matrix.hpp"
 
 #include <vector>
 
@@ -15,9 +15,7 @@ void for_each_node_once(const State<D>& s, F&& f)
 {
     for (const Index<D>& block : s.tiles.blocks())
         s.tiles.nodes_of(block).for_each([&](const Index<D>& at) {
-            for (int a = 0; a < D; ++a)
-                if (s.lattice.periodic[a] && s.lattice.periodic_image(a, at[a]) != at[a]) return;
-            f(s.lattice.offset(at));
+            if (!s.lattice.is_image(at)) f(s.lattice.offset(at));
         });
 }
 
@@ -34,21 +32,14 @@ double product(const State<D>& s, const Lanes* v, int of_v, const Lanes* u, int 
 
 /// The momenta M v of velocities of nodes, in the same lanes.
 template <int D>
-void momenta(const Model<D>& model, const Passes<D>& passes, State<D>& s, const Lanes* nodes, Lanes* to)
+void momenta(const Model<D>& model, const MassSolver<D>& mass_matrix, State<D>& s, const Lanes* nodes, Lanes* to)
 {
     if (model.method.mass == MassMatrix::lumped) {
         for_each_node_once(s, [&](std::ptrdiff_t i) { to[i] = nodes[i] * nodes[i][NodeLane::mass]; });
         return;
     }
-    clear(to, s.tiles);
-    Sweep<D> view{s.lattice, s.particles.view(), to, model.materials.data(), 0.0, 0.0, model.method.stretch_limit};
-    if (has_tls_velocity(model.method)) {
-        view.p = s.points.view();
-        s.points.for_each_by_colour([&](const Tile& tile) { passes.apply_mass_points(view, nodes, tile.begin, tile.end); });
-    } else {
-        s.tiles.for_each_by_colour([&](const Tile& tile) { passes.apply_mass(view, nodes, tile.begin, tile.end); });
-    }
-    s.halo.add(to, 0, NodeLane::end);
+    const Sweep<D> view{s.lattice, s.particles.view(), nullptr, model.materials.data(), 0.0, 0.0, model.method.stretch_limit};
+    mass_matrix.apply(s, view, nodes, to);
 }
 
 }  // namespace
@@ -66,8 +57,8 @@ EnergyBalance& EnergyBalance::operator+=(const EnergyBalance& o)
 template <int D>
 EnergyBalance step_with_balance(const Explicit<D>& method, State<D>& s, double dt)
 {
-    const Model<D>& model  = method.model();
-    const Passes<D> passes = choose_passes<D>(model.method);
+    const Model<D>& model = method.model();
+    const MassSolver<D> mass_matrix(choose_passes<D>(model.method), model.method.lump_below, has_tls_velocity(model.method));
     constexpr int velocity = NodeLane::velocity, increment = NodeLane::increment;
     const double dt_of_kick = 0.5 * (s.dt_prev + dt);
 
@@ -75,13 +66,13 @@ EnergyBalance step_with_balance(const Explicit<D>& method, State<D>& s, double d
     const Totals before = totals(model, s.particles);
     method.project(s);
     Array<Lanes> momentum(s.nodes.size());
-    momenta(model, passes, s, s.nodes.data(), momentum.data());
+    momenta(model, mass_matrix, s, s.nodes.data(), momentum.data());
     const double kinetic_before = 0.5 * product(s, s.nodes.data(), velocity, momentum.data(), velocity);
     std::vector<Lanes> forces(s.nodes.begin(), s.nodes.end());
 
     method.step(s, dt);
     const Totals after = totals(model, s.particles);
-    momenta(model, passes, s, s.nodes.data(), momentum.data());
+    momenta(model, mass_matrix, s, s.nodes.data(), momentum.data());
     EnergyBalance e;
     const double kinetic_after = 0.5 * product(s, s.nodes.data(), velocity, momentum.data(), velocity);
     e.projection               = kinetic_before - before.kinetic_energy;

@@ -70,8 +70,7 @@ std::vector<Seed<D>> seeds_of(const ParticleLattice& lattice)
 
 template <int D>
 LatticeOperator<D>::LatticeOperator(const ParticleLattice& lattice)
-    : method_(model_of<D>(lattice, D == 1 ? MaterialModel::linear_rate_1d : MaterialModel::jaumann_elastic)),
-      cells_(lattice.cells)
+    : method_(model_of<D>(lattice, rate_law<D>)), cells_(lattice.cells)
 {
     const Model<D>& model = method_.model();
     if (field_groups(model).corner_samples)

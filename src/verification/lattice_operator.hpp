@@ -20,6 +20,10 @@ struct ParticleLattice {
     double poisson = 0.0;
 };
 
+/// The law that carries the stress itself: its energy is quadratic, and small stresses do not cancel in it.
+template <int D>
+inline constexpr MaterialModel rate_law = D == 1 ? MaterialModel::linear_rate_1d : MaterialModel::jaumann_elastic;
+
 /// The model of a lattice and its seeds, those of one cell after those of another, cells with the first axis fastest.
 template <int D>
 Model<D> model_of(const ParticleLattice& lattice, MaterialModel law);

@@ -95,8 +95,7 @@ void measure_particles(const Problem<D>& problem, const State<D>& s, Row& row)
     const Solution<D>& solution = *problem.solution;
     const Material& material    = problem.model.materials[0];
     Squares displacement, velocity, stress, density;
-    double kinetic = 0, strain = 0;
-    Vec<D> momentum{};
+    ExactTotals<D> exact;
     for (int i = 0; i < p.count; ++i) {
         const Vec<D> x = solution.position(p.X[i], s.t), v = solution.velocity(p.X[i], s.t_v);
         const Mat<D> F = solution.deformation(p.X[i], s.t_F), sigma = solution.stress(p.X[i], s.t_F);
@@ -106,9 +105,7 @@ void measure_particles(const Problem<D>& problem, const State<D>& s, Row& row)
         velocity.add(dot(p.v[i] - v, p.v[i] - v), dot(v, v), p.V[i]);
         stress.add(ddot(p.sigma[i] - sigma, p.sigma[i] - sigma), ddot(sigma, sigma), p.V[i]);
         density.add(std::pow(p.m[i] / p.V[i] - rho, 2), rho * rho, p.V[i]);
-        kinetic += 0.5 * p.m[i] * dot(v, v);
-        strain += strain_energy(material, F, sigma, p.V0[i], det(F) * p.V0[i]);
-        momentum += p.m[i] * v;
+        exact.add(material, p, i, v, F, sigma);
     }
     const std::pair<const char*, const Squares&> all[] = {
         {"displacement", displacement}, {"velocity", velocity}, {"stress", stress}, {"density", density}};
@@ -119,14 +116,13 @@ void measure_particles(const Problem<D>& problem, const State<D>& s, Row& row)
     }
     const Totals sums = totals(problem.model, p);
     row.quantities    = {{"kinetic_energy", sums.kinetic_energy},
-                         {"kinetic_energy_exact", kinetic},
+                         {"kinetic_energy_exact", exact.kinetic_energy},
                          {"strain_energy", sums.strain_energy},
-                         {"strain_energy_exact", strain},
-                         {"energy_over_exact", (sums.kinetic_energy + sums.strain_energy) / (kinetic + strain)}};
+                         {"strain_energy_exact", exact.strain_energy},
+                         {"energy_over_exact", sums.total_energy() / exact.total_energy()}};
     for (int a = 0; a < D; ++a) {
-        const std::string axis(1, static_cast<char>('x' + a));
-        row.quantities.emplace_back("momentum_" + axis, sums.momentum[a]);
-        row.quantities.emplace_back("momentum_" + axis + "_exact", momentum[a]);
+        row.quantities.emplace_back("momentum_" + axis_name(a), sums.momentum[a]);
+        row.quantities.emplace_back("momentum_" + axis_name(a) + "_exact", exact.momentum[a]);
     }
 }
 
@@ -137,8 +133,7 @@ void measure_nodes(const Problem<D>& problem, const Explicit<D>& method, State<D
 {
     const ProjectionReport& kept = method.project(s);
     const double size            = momentum_size(s.particles);
-    for (int a = 0; a < D; ++a)
-        row.quantities.emplace_back(std::string("momentum_grid_") + static_cast<char>('x' + a), kept.momentum_after[a]);
+    for (int a = 0; a < D; ++a) row.quantities.emplace_back("momentum_grid_" + axis_name(a), kept.momentum_after[a]);
     row.quantities.emplace_back("momentum_defect", size > 0 ? norm(kept.momentum_after - kept.momentum_before) / size : 0.0);
     row.quantities.emplace_back("mass_defect", std::fabs(kept.mass_after / kept.mass_before - 1));
     if (problem.is_reference) return;
@@ -239,8 +234,7 @@ Row watch(const Problem<D>& given)
                            {"largest_total_energy", largest / energy},
                            {"largest_strain_energy", strain / energy},
                            {"momentum_change", norm(last.momentum - first.momentum) / size}};
-    for (int a = 0; a < D; ++a)
-        row.quantities.emplace_back(std::string("momentum_") + static_cast<char>('x' + a), last.momentum[a]);
+    for (int a = 0; a < D; ++a) row.quantities.emplace_back("momentum_" + axis_name(a), last.momentum[a]);
     return row;
 }
 

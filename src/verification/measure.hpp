@@ -30,6 +30,18 @@ struct Problem {
     std::function<Vec<D>(const Vec<D>& X)> velocity;  ///< at the start, for `watch`, m/s
 };
 
+/// What all problems take from a request; the rest is the case's.
+template <int D>
+Problem<D> problem_of(const Request& r)
+{
+    Problem<D> p{};
+    p.is_recorded  = r.is_recorded;
+    p.model.method = r.method;
+    p.model.body_forces.resize(1);
+    p.end = r.values.number("end");
+    return p;
+}
+
 /// Runs to the end. A run that fails is a row with its reason.
 template <int D>
 Row measure(const Problem<D>& problem);

@@ -38,6 +38,22 @@ double momentum_size_of_nodes(const State<D>& s)
     return size;
 }
 
+/// Sums of the exact solution over the particles, each with its exact values.
+template <int D>
+struct ExactTotals {
+    double kinetic_energy = 0, strain_energy = 0, momentum_size = 0;
+    Vec<D> momentum{};
+
+    void add(const Material& material, const Particles<D>& p, int i, const Vec<D>& v, const Mat<D>& F, const Mat<D>& sigma)
+    {
+        kinetic_energy += 0.5 * p.m[i] * dot(v, v);
+        strain_energy += ordo::strain_energy(material, F, sigma, p.V0[i], det(F) * p.V0[i]);
+        momentum_size += p.m[i] * norm(v);
+        momentum += p.m[i] * v;
+    }
+    double total_energy() const { return kinetic_energy + strain_energy; }
+};
+
 inline std::string axis_name(int a) { return {static_cast<char>('x' + a)}; }
 
 /// Fills `row.history` and `row.final_particles`. Energies and momenta of the solution are those at the particles' X and times.
@@ -104,20 +120,15 @@ class Recorder {
 
     void add_exact(const State<D>& s)
     {
-        const Particles<D>& p    = s.particles;
-        const Material& material = problem_.model.materials[0];
-        double kinetic = 0, strain = 0, size = 0;
-        Vec<D> momentum{};
-        for (int i = 0; i < p.count; ++i) {
-            const Vec<D> v = problem_.solution->velocity(p.X[i], s.t_v);
-            const Mat<D> F = problem_.solution->deformation(p.X[i], s.t_F), sigma = problem_.solution->stress(p.X[i], s.t_F);
-            kinetic += 0.5 * p.m[i] * dot(v, v);
-            strain += strain_energy(material, F, sigma, p.V0[i], det(F) * p.V0[i]);
-            size += p.m[i] * norm(v);
-            momentum += p.m[i] * v;
-        }
-        row_.history.values.insert(row_.history.values.end(), {kinetic, strain, kinetic + strain, size});
-        for (int a = 0; a < D; ++a) row_.history.values.push_back(momentum[a]);
+        const Particles<D>& p       = s.particles;
+        const Solution<D>& solution = *problem_.solution;
+        ExactTotals<D> sums;
+        for (int i = 0; i < p.count; ++i)
+            sums.add(problem_.model.materials[0], p, i, solution.velocity(p.X[i], s.t_v), solution.deformation(p.X[i], s.t_F),
+                     solution.stress(p.X[i], s.t_F));
+        auto& out = row_.history.values;
+        out.insert(out.end(), {sums.kinetic_energy, sums.strain_energy, sums.total_energy(), sums.momentum_size});
+        for (int a = 0; a < D; ++a) out.push_back(sums.momentum[a]);
     }
 
     /// Corners that the domain of each particle has, 0 for points.

@@ -104,37 +104,25 @@ Study ring_study(double amplitude)
             .bars   = orders_at_least("displacement", {10, 20}, 1.85) + orders_between("displacement", {20, 40, 80}, 1.95, 2.08)};
 }
 
-/// The coarsest mesh has two cells across the ring: its pair is not asymptotic yet, whatever the time step.
-Study cpls_on_ring(double amplitude)
+/// At the end the pair of the coarsest mesh, two cells across the ring, is not asymptotic yet, whatever the time step; a step
+/// later, which is when the paper's code compares, it is.
+Study cpls_on_ring(double amplitude, bool is_later)
 {
     return {.method = "cpls",
-            .set    = {{"amplitude", amplitude}},
+            .set    = {{"amplitude", amplitude}, {"stop", is_later ? "step-later" : "end"}},
             .cells  = {10, 20, 40, 80},
-            .bars   = orders_at_least("displacement", {10, 20}, 1.84) + orders_between("displacement", {20, 40, 80}, 1.95, 2.08) +
-                    orders_at_least("velocity", {10, 20, 40, 80}, 1.9) + orders_at_least("stress", {10, 20, 40}, 1.84) +
-                    orders_at_least("stress", {40, 80}, 1.6)};
-}
-
-/// The same one step beyond the period, which is when the paper's code compares.
-Study cpls_beyond_period(double amplitude)
-{
-    return {.method = "cpls",
-            .set    = {{"amplitude", amplitude}, {"stop", "step-later"}},
-            .cells  = {10, 20, 40, 80},
-            .bars   = orders_between("displacement", {10, 20, 40, 80}, 1.95, 2.08) +
-                    orders_at_least("velocity", {10, 20, 40, 80}, 1.9) + orders_at_least("stress", {10, 20, 40}, 1.9) +
-                    orders_at_least("stress", {40, 80}, 1.6)};
+            .bars   = (is_later ? orders_between("displacement", {10, 20}, 1.95, 2.08)
+                                : orders_at_least("displacement", {10, 20}, 1.84)) +
+                    orders_between("displacement", {20, 40, 80}, 1.95, 2.08) +
+                    orders_at_least("velocity", {10, 20, 40, 80}, 1.9) +
+                    orders_at_least("stress", {10, 20, 40}, is_later ? 1.9 : 1.84) + orders_at_least("stress", {40, 80}, 1.6)};
 }
 
 /// The method that holds the vortex on fine meshes, with a time step for the waves of the wound-up ring (docs/vortex.md).
 Study hold_vortex(const std::vector<int>& cells, Study::Length length)
 {
-    return {.method = "bscpdi2",
-            .set    = {{"cfl", 0.15}},
-            .cells  = cells,
-            .bars   = orders_at_least("displacement", cells, 1.9) + orders_at_least("velocity", cells, 1.9) +
-                    orders_at_least("stress", cells, 1.9),
-            .length = length};
+    return {
+        .method = "bscpdi2", .set = {{"cfl", 0.15}}, .cells = cells, .bars = all_orders_at_least(cells, 1.9), .length = length};
 }
 
 }  // namespace
@@ -170,10 +158,10 @@ Case ring()
               .cells  = {20, 40},
               .bars   = orders_between("displacement", {20, 40}, 1.95, 2.08)},
              {.method = "cpgimp", .set = {}, .cells = {20, 40}, .bars = orders_at_most("displacement", {20, 40}, 0.5)},
-             cpls_on_ring(0.1),
-             cpls_on_ring(1e-4),
-             cpls_beyond_period(0.1),
-             cpls_beyond_period(1e-4),
+             cpls_on_ring(0.1, false),
+             cpls_on_ring(1e-4, false),
+             cpls_on_ring(0.1, true),
+             cpls_on_ring(1e-4, true),
              {.method = "cpdi2", .set = {}, .cells = {10, 20, 40}, .bars = orders_between("displacement", {20, 40}, 1.95, 2.08)},
              // With the pressures of the exact solution on both rims nu = 0.3 converges.
              {.method = "cpdi2",

@@ -232,6 +232,12 @@ std::vector<Bar> orders_at_least(std::string_view name, const std::vector<int>& 
     return orders_between(name, meshes, low, kInfinity);
 }
 
+std::vector<Bar> all_orders_at_least(const std::vector<int>& meshes, double low)
+{
+    return orders_at_least("displacement", meshes, low) + orders_at_least("velocity", meshes, low) +
+           orders_at_least("stress", meshes, low);
+}
+
 std::vector<Bar> orders_at_most(std::string_view name, const std::vector<int>& meshes, double high)
 {
     return orders_between(name, meshes, -kInfinity, high);

@@ -103,6 +103,8 @@ struct Verdict {
 std::vector<Bar> orders_at_least(std::string_view name, const std::vector<int>& meshes, double low);
 std::vector<Bar> orders_at_most(std::string_view name, const std::vector<int>& meshes, double high);
 std::vector<Bar> orders_between(std::string_view name, const std::vector<int>& meshes, double low, double high);
+/// The same of displacement, velocity and stress.
+std::vector<Bar> all_orders_at_least(const std::vector<int>& meshes, double low);
 /// The value of `name` on one mesh.
 Bar value_at_most(std::string_view name, int cells, double high);
 Bar value_between(std::string_view name, int cells, double low, double high);

@@ -65,10 +65,8 @@ struct Body {
     /// The node inside the period.
     std::size_t image(std::size_t node) const
     {
-        Index<D> at = s.lattice.index(static_cast<std::ptrdiff_t>(node));
-        for (int a = 0; a < D; ++a)
-            if (s.lattice.periodic[a]) at[a] = s.lattice.periodic_image(a, at[a]);
-        return static_cast<std::size_t>(s.lattice.offset(at));
+        const Index<D> at = s.lattice.index(static_cast<std::ptrdiff_t>(node));
+        return static_cast<std::size_t>(s.lattice.offset(s.lattice.inside_period(at)));
     }
     /// The matrix from its definition, images folded.
     void form()

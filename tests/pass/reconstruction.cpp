@@ -205,10 +205,8 @@ void visit(const MethodSpec& spec, const State<D>& s, const ParticleView<D>& p, 
     test::with_shape<D>(spec, [&](auto shape) {
         decltype(shape)::type::for_each_node(s.lattice, p, i, s.nodes.data(),
                                              [&](std::ptrdiff_t node, double w, const Vec<D>& dw) {
-                                                 Index<D> at = s.lattice.index(node);
-                                                 for (int a = 0; a < D; ++a)
-                                                     if (s.lattice.periodic[a]) at[a] = s.lattice.periodic_image(a, at[a]);
-                                                 f(s.lattice.offset(at), w, dw);
+                                                 const Index<D> at = s.lattice.index(node);
+                                                 f(s.lattice.offset(s.lattice.inside_period(at)), w, dw);
                                              });
     });
 }
