@@ -11,6 +11,7 @@ files of `ordo verify --data`; what they return is drawn and, rounded, stands in
 import argparse
 import concurrent.futures
 import csv
+import functools
 import hashlib
 import json
 import os
@@ -31,8 +32,9 @@ from ordo_figures import BLACK, BLUE, COLOURS, GREY, MARKERS, ORANGE, UNITS, sav
 
 GREEN, PURPLE, RED = COLOURS[3], COLOURS[4], COLOURS[5]
 NAMES = {"mpm": "MPM", "cpdi1": "CPDI", "cpdi2": "CPDI2", "cpls": "CPLS", "impm": "IMPM", "icpdi1": "improved CPDI", "impm-adjoint": "adjoint IMPM",
-         "ddmpm": "DDMPM", "bsmpm": "BSMPM"}
-METHOD_COLOURS = {"mpm": BLACK, "cpdi1": BLUE, "cpdi2": GREEN, "cpls": ORANGE, "impm": GREEN, "icpdi1": PURPLE, "impm-adjoint": RED}
+         "ddmpm": "DDMPM", "bsmpm": "BSMPM", "ugimp": "GIMP", "cpdi2e": "enriched CPDI2", "fem": "finite elements"}
+METHOD_COLOURS = {"mpm": BLACK, "cpdi1": BLUE, "cpdi2": GREEN, "cpls": ORANGE, "impm": GREEN, "icpdi1": PURPLE, "impm-adjoint": RED,
+                  "ugimp": ORANGE, "cpdi2e": RED, "fem": BLACK}
 TENSOR = {1: ["xx"], 2: ["xx", "xy", "yy"], 3: ["xx", "xy", "xz", "yy", "yz", "zz"]}
 
 
@@ -167,7 +169,7 @@ class Runner:
 # ---- numbers to draw -------------------------------------------------------------------------------------------------
 
 def error_curve_of(study, norm, name):
-    """h, errors and orders of a study, coarse to fine, and h of the meshes that failed; norm is error or error_l2."""
+    """h, errors and orders of a study, coarse to fine, and h of the meshes that failed; norm is error, error_l2 or quantities."""
     points = [(r["h"], r[norm].get(name)) for r in study["rows"] if not r["failed"]]
     points = [(h, e) for h, e in points if e is not None and e > 0]
     return {"h": [h for h, _ in points], "error": [e for _, e in points], "order": orders(points),
@@ -200,6 +202,21 @@ def particle_errors_of(particles, name):
     parts = [f"{base}_{a}" for a in (TENSOR[dim] if name == "stress" else "xyz"[:dim])]
     twice = [2 if name == "stress" and p[-1] != p[-2] else 1 for p in parts]
     return np.sqrt(sum(w * (particles[p] - particles[p + "_exact"]) ** 2 for p, w in zip(parts, twice)))
+
+
+def stress_along_y(particles):
+    order = np.argsort(particles["reference_y"])
+    return particles["reference_y"][order], particles["stress_yy"][order]
+
+
+def radial_stress_around(particles, low, high):
+    """Angles in degrees and radial stress of the particles that start between two radii."""
+    x, y = particles["reference_x"], particles["reference_y"]
+    r = np.hypot(x, y)
+    stress = (x ** 2 * particles["stress_xx"] + 2 * x * y * particles["stress_xy"] + y ** 2 * particles["stress_yy"]) / r ** 2
+    chosen = np.flatnonzero((low < r) & (r < high))
+    order = chosen[np.argsort(np.arctan2(y, x)[chosen])]
+    return np.degrees(np.arctan2(y, x))[order], stress[order]
 
 
 def domains_of(particles):
@@ -249,7 +266,7 @@ def style_of(method, ppc=None):
     return Style(NAMES.get(method, method) + (f", {ppc} ppc" if ppc else ""), METHOD_COLOURS.get(method, GREY), marker, line)
 
 
-def draw_error_curves(axes, curves, xlabel="cell size, m", ylabel=None, exponents=False):
+def draw_error_curves(axes, curves, xlabel="cell size, m", ylabel=None, exponents=False, slopes=True):
     """[(Style, curve)] on logarithmic axes, lines of order 1 and 2, failed meshes as crosses at the top."""
     drawn = []
     top = {}
@@ -262,7 +279,7 @@ def draw_error_curves(axes, curves, xlabel="cell size, m", ylabel=None, exponent
                       label=f"{style.label} fails")
         if len(curve["h"]) > 1:
             drawn.append(np.array([curve["h"], curve["error"]])[:, ::-1])
-    if drawn:
+    if drawn and slopes:
         ordo_figures.draw_slopes(axes, drawn)
     hs = [h for _, c in curves for h in [*c["h"], *c["failed"]]]
     axes.set_xlim(min(hs) / 1.3, max(hs) * 1.3)
@@ -342,7 +359,7 @@ def convergence_figure(results, figure, output):
             numbers.setdefault(title, {})[style.label] = curve
         draw_error_curves(a, curves, "$\\log_{10}$ h, m" if figure.options.get("exponents") else "cell size, m",
                           figure.options.get("ylabel") or ("as published, Pa$^{1/2}$" if norm == "published" else unit_label(name, norm)),
-                          figure.options.get("exponents", False))
+                          figure.options.get("exponents", False), figure.options.get("slopes", True))
         a.set_title(title)
     add_legend(fig, axes, slot, figure.options.get("columns", 4))
     save(fig, output)
@@ -373,15 +390,16 @@ def all_errors_figure(results, figure, output):
 
 
 def history_figure(results, figure, output):
-    """options["panels"]: (title, ylabel, [(run, method, cells, column, Style)])."""
+    """options["panels"]: (title, ylabel, [(run, method, cells, column, Style)]), a column or "column - column"; limits by ylabel."""
     members = figure.options["panels"]
     columns = figure.options.get("columns", len(members))
     fig, axes, slot = panels(-(-len(members) // columns), columns, figure.options.get("width", 3.2), 2.5, 0.3)
     numbers = {}
     for a, (title, ylabel, curves) in zip(axes.flat, members):
         for run, method, cells, column, style in curves:
-            table = history_of(results[run], method, cells, ["time", column]) if method else ordo_figures.read_history(results[run].directory)
-            t, y = table["time"], table[column]
+            column, *less = column.split(" - ")
+            table = history_of(results[run], method, cells, ["time", column, *less]) if method else ordo_figures.read_history(results[run].directory)
+            t, y = table["time"], table[column] - sum(table[c] for c in less)
             a.plot(t, y, color=style.colour, linestyle=style.line, label=style.label, linewidth=1.2, marker=style.marker or "",
                    markersize=3, markevery=max(1, len(t) // 20), markerfacecolor=style.colour if style.filled else "white")
             numbers.setdefault(title, {})[style.label] = {"first": y[0], "last": y[-1], "least": y.min(), "largest": y.max()}
@@ -389,6 +407,8 @@ def history_figure(results, figure, output):
         a.set_xlabel("time, s")
         a.set_ylabel(ylabel)
         a.set_xlim(t[0], t[-1])
+        if ylabel in figure.options.get("limits", {}):
+            a.set_ylim(figure.options["limits"][ylabel])
         low, high = a.get_ylim()
         if high - low < 1e-9 * max(abs(low), abs(high)):  # constant to round-off
             a.set_ylim(low - 0.05 * abs(low), high + 0.05 * abs(high))
@@ -521,6 +541,26 @@ def stress_figure(results, figure, output):
         below.set_ylabel("less reference, Pa")
         below.set_yscale("symlog", linthresh=20)
         below.set_xlabel("x, m")
+    add_legend(fig, axes, slot, 4)
+    save(fig, output)
+    return numbers
+
+
+def profile_figure(results, figure, output):
+    """Particles along a line. options["panels"]: (title, xlabel, take, [(run, method, Style)]); take(particles) has x and stress."""
+    members = figure.options["panels"]
+    fig, axes, slot = panels(1, len(members), 3.9, 2.9, 0.3)
+    numbers = {}
+    for a, (title, xlabel, take, curves) in zip(axes.flat, members):
+        for run, method, style in curves:
+            x, stress = take(results[run].table(results[run].study(method)["rows"][0], "particles"))
+            a.plot(x, stress, **style.of_line())
+            numbers.setdefault(title, {})[style.label] = {"mean": stress.mean(), "deviation": stress.std(), "least": stress.min(),
+                                                          "largest": stress.max()}
+        a.set_title(title)
+        a.set_xlabel(xlabel)
+        a.set_ylabel("stress, Pa")
+        a.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4))
     add_legend(fig, axes, slot, 4)
     save(fig, output)
     return numbers
@@ -794,6 +834,72 @@ def wobbes():
                {"panels": [(label, curves[m]) for m, label in grids.items()], "limits": (-9000, 9000)})]
 
 
+REFERENCE = Style("reference in 1D", GREY, "", "--")
+
+
+def line_of(method):
+    return Style(NAMES[method], METHOD_COLOURS[method], "")
+
+
+def against_reference(run, cells, column, styles):
+    return [*((run, m, cells, column, style) for m, style in styles.items()), (run, "fem", cells, f"{column}_reference", REFERENCE)]
+
+
+def displacements(number, run, cells, styles):
+    """Of particle A, and how far it is from the reference."""
+    return [(f"Fig. {number}: displacement of A", "displacement, m", against_reference(run, cells, "displacement_A", styles)),
+            ("less the reference", "difference, m", [(run, m, cells, "displacement_A - displacement_A_reference", style) for m, style in styles.items()])]
+
+
+def sadeghirad_bar():
+    run = Run("bimaterial-bar", "ugimp,cpdi1,cpdi2,cpdi2e,fem", (1,))
+    stills = {title: Run("bimaterial-bar", "cpdi2,cpdi2e,fem", (1,), set=("end=0.14", f"stiff={part}"))
+              for part, title in (("top", "Fig. 5: stiff part on top, t = 0.14 s"), ("bottom", "stiff part at the bottom, t = 0.14 s"))}
+    styles = {m: line_of(m) for m in ("ugimp", "cpdi1", "fem", "cpdi2e", "cpdi2")}
+    styles["cpdi1"] = Style(NAMES["cpdi1"], BLUE, "o", " ", False)  # around the line of CPDI2
+    colours = {"B": PURPLE, "C": BLUE}
+
+    def stresses(title, method, below, end=""):
+        grey = [(run, below, 1, f"stress_{p}{end}", Style(f"{p}, {end[1:] or NAMES[below]}", GREY, "", line)) for p, line in (("B", "-"), ("C", "--"))]
+        return title, "stress, Pa", grey + [(run, method, 1, f"stress_{p}", Style(p, colour, "")) for p, colour in colours.items()]
+
+    rows = [*displacements(3, run, 1, styles), stresses("Fig. 4: GIMP", "ugimp", "fem"), stresses("Fig. 4: CPDI and CPDI2", "cpdi1", "fem"),
+            stresses("Fig. 4: enriched CPDI2", "cpdi2e", "fem"), stresses("finite elements", "fem", "fem", "_reference")]
+    rows[3][2].extend((run, "cpdi2", 1, f"stress_{p}", Style(f"{p}, CPDI2", colour, "o", " ", False)) for p, colour in colours.items())
+    points = {m: Style(NAMES[m], METHOD_COLOURS[m], marker, line) for m, marker, line in (("fem", "o", "-"), ("cpdi2e", "^", "-"), ("cpdi2", "s", "--"))}
+    profiles = [(title, "y at the start, m", stress_along_y, [(r, m, style) for m, style in points.items()]) for title, r in stills.items()]
+    return [
+        Figure("sadeghirad-3-4", "Sadeghirad", "3-4", "Bar of two materials", [run], history_figure,
+               {"panels": rows, "columns": 3, "legend_columns": 7, "limits": {"stress, Pa": (-2e4, 1.45e5)}}),
+        Figure("sadeghirad-5", "Sadeghirad", "5", "Bar of two materials: stress at 0.14 s", list(stills.values()), profile_figure, {"panels": profiles})]
+
+
+def sadeghirad_ring():
+    run, still = (Run("bimaterial-ring", "cpdi2,cpdi2e,fem", (20,), set=s) for s in ((), ("end=0.0107",)))  # when it is widest
+    styles = {m: line_of(m) for m in ("fem", "cpdi2e", "cpdi2")}
+    rows = displacements(7, run, 20, styles)
+    around = []
+    for p, side, low, high in (("B", "inside", 3.075, 3.1), ("C", "outside", 3.1, 3.125)):
+        rows.append((f"Fig. 8: {p}, {side} the interface", "radial stress, Pa", against_reference(run, 20, f"stress_{p}", styles)))
+        around.append((f"{p}, t = 0.0107 s", "angle, degrees", functools.partial(radial_stress_around, low=low, high=high),
+                       [(still, m, styles[m]) for m in ("cpdi2", "cpdi2e", "fem")]))
+    return [
+        Figure("sadeghirad-7-8", "Sadeghirad", "7-8", "Ring of two materials", [run], history_figure, {"panels": rows, "columns": 2, "width": 3.7}),
+        Figure("sadeghirad-8-angle", "Sadeghirad", "8 over the angle", "Ring of two materials: radial stress around", [still], profile_figure,
+               {"panels": around})]
+
+
+def sphere():
+    """Ours, not a figure of a paper."""
+    plain = Run("bimaterial-sphere", "cpdi2,cpdi2e", (6, 8, 10))
+    runs = {e: Run("bimaterial-sphere", "cpdi2e", (6, 8, 10), set=(f"method.enrichment={e}",)) for e in ("interface", "layers")}
+    members = [(plain, "cpdi2", Style("CPDI2", GREEN)), (runs["interface"], "cpdi2e", Style("enriched: interface", ORANGE, "s")),
+               (plain, "cpdi2e", Style("adjacent", RED, "^")), (runs["layers"], "cpdi2e", Style("two layers", BLUE, "D"))]
+    rows = [[("next to the interface", "quantities", "interface stress error", members), ("everywhere", "quantities", "stress error", members)]]
+    return Figure("ordo-sphere", "ordo", "", "Sphere in a cube", [plain, *runs.values()], convergence_figure,
+                  {"panels": rows, "ylabel": "relative error of stress", "slopes": False, "legend": 0.3})
+
+
 def vortex_study():
     """Ours, not a figure of a paper: docs/vortex.md."""
     plain = Run("vortex", "cpdi1,cpls,cpdi2", (16, 32, 64, 128), 4, ("cfl=0.1",))
@@ -815,7 +921,7 @@ def gallery_figures():
             energies("tran-18-20-3d", "18-20 in 3D", 0, cube, 8, "Vibrating cube: energies"),
             tran_ring(), tran_ring_printed(), tran_ring_3d(),
             momenta("tran-29-30", "29-30", "Ring: momentum", Run("ring", "cpdi1,cpls", RING_CELLS, 4, ("amplitude=0.1",)), 10, 29),
-            *tran_vortex(), tran_vortex_3d(), *tran_disks(), tran_balls(), *gong(), *wobbes(), vortex_study()]
+            *tran_vortex(), tran_vortex_3d(), *tran_disks(), tran_balls(), *gong(), *wobbes(), *sadeghirad_bar(), *sadeghirad_ring(), vortex_study(), sphere()]
 
 
 # ---- commands --------------------------------------------------------------------------------------------------------

@@ -12,8 +12,16 @@ draw() {  # NAME, then options of `ordo_figures.py snapshots`
     build/release/ordo run "cases/$name/case.toml" --output "$out" --quiet
     "$python" python/ordo_figures.py snapshots "$out" -o "cases/$name/figure.png" "$@"
 }
+draw_with() {  # PRESET NAME, then the same: figure-PRESET.png
+    preset=$1 name=$2
+    shift 2
+    out=build/cases/$name-$preset
+    build/release/ordo run "cases/$name/case.toml" --set "method.preset=$preset" --output "$out" --quiet
+    "$python" python/ordo_figures.py snapshots "$out" -o "cases/$name/figure-$preset.png" "$@"
+}
 
-[ $# -gt 0 ] || set -- two-disks wall-rebound two-balls ball-on-wall cantilever vibrating-bar pressure-ring
+[ $# -gt 0 ] || set -- two-disks wall-rebound two-balls ball-on-wall cantilever vibrating-bar pressure-ring \
+    bimaterial-bar bimaterial-ring bimaterial-sphere
 for case in "$@"; do
     case $case in
     two-disks) draw "$case" --times 1.0,2.0,3.0 --field velocity --curve energies ;;
@@ -23,6 +31,18 @@ for case in "$@"; do
     cantilever) draw "$case" --times 0.0,0.2,0.45 --field von_mises --curve probe_tip.csv:displacement_y ;;
     vibrating-bar) draw "$case" --times 0.002,0.004,0.011,0.013 --field displacement --curve energies ;;
     pressure-ring) draw "$case" --times 1.0,2.0,4.5 --field von_mises --curve probe_rim.csv:displacement_x ;;
+    bimaterial-bar)
+        set -- "$case" --times 0.08,0.16,0.34,0.53 --field stress_yy --limits=-20000,160000 --dim 3 --view=-90,90 \
+            --curve probe_B.csv:stress_yy
+        draw "$@"
+        draw_with cpdi2 "$@"
+        ;;
+    bimaterial-ring) draw "$case" --times 0.003,0.006,0.0105 --field von_mises --curve probe_A.csv:displacement_x ;;
+    bimaterial-sphere)
+        set -- "$case" --times 0.1,0.15,0.2 --field von_mises --limits 0,150000 --view=-125,-25
+        draw "$@"
+        draw_with cpdi2 "$@"
+        ;;
     *) echo "case_figures.sh: no figure is set up for $case" >&2; exit 2 ;;
     esac
 done

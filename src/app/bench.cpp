@@ -69,13 +69,17 @@ int bench_method(const BenchOptions& options, const MethodSpec& spec)
     model.h         = Vec<D>::filled(h);
     model.cells     = Index<D>::filled(n);
     model.materials = {{MaterialModel::neo_hookean, 1e3, E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))}};
-    model.body_forces.resize(1);
+    model.body_forces.resize(2);
 
     const int low    = n / 8;
     const auto seeds = fill_box(Bounds<D>{Vec<D>::filled(low * h), Vec<D>::filled((n - low) * h)},
                                 SubCells<D>{Vec<D>{}, model.h, Index<D>::filled(2)});
     Particles<D> p   = plant_all(model, seeds);
-    for (int i = 0; i < p.count; ++i) p.v[i][0] = 0.01 * std::sin(6 * p.x[i][0]);
+    for (int i = 0; i < p.count; ++i) {
+        p.v[i][0] = 0.01 * std::sin(6 * p.x[i][0]);
+        p.body[i] = p.x[i][0] > 0.5;  // bodies meet where enrichment wants an interface
+    }
+    enrich(model, p);
     Explicit<D> method(std::move(model));
     State<D> s      = method.start(std::move(p));
     const double dt = 0.2 * h / std::sqrt(E / 1e3);
@@ -164,17 +168,15 @@ int bench(const BenchOptions& options)
 {
     if (options.json && *options.json != "-") require_writable_file("--json", *options.json);
     if (options.machine) return bench_machine(options);
-    std::vector<std::string> names;
-    for (const Preset& p : presets()) {
-        names.emplace_back(p.name);
-        if (p.name != options.method) continue;
-        switch (options.dim) {
-        case 1: return bench_method<1>(options, p.spec);
-        case 2: return bench_method<2>(options, p.spec);
-        default: return bench_method<3>(options, p.spec);
-        }
+    const Preset* preset = find_preset(options.method);
+    if (!preset)
+        throw InputError("--method " + options.method + ": there is no such preset. " +
+                         io::suggestion(options.method, preset_names()));
+    switch (options.dim) {
+    case 1: return bench_method<1>(options, preset->spec);
+    case 2: return bench_method<2>(options, preset->spec);
+    default: return bench_method<3>(options, preset->spec);
     }
-    throw InputError("--method " + options.method + ": there is no such preset. " + io::suggestion(options.method, names));
 }
 
 }  // namespace ordo::app

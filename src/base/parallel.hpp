@@ -26,6 +26,7 @@ inline void set_thread_count(int) {}
 template <class F>
 void parallel_for(std::ptrdiff_t n, F&& f, [[maybe_unused]] bool worth = true)
 {
+    if (n == 0) return;  // a parallel region costs some thousand instructions
 #if defined(ORDO_OPENMP)
 #pragma omp parallel for schedule(dynamic, 1) if (n > 1 && worth)
 #endif

@@ -27,6 +27,28 @@ struct Boundary {
     double at           = 0.0;
     BoundaryType type   = BoundaryType::fixed;
     std::array<std::optional<Field>, D> value{};  ///< velocity only; components without a value stay free
+
+    /// Whether a coordinate along `axis` is at or beyond the plane; on a grid of this spacing, so that a plane given at a
+    /// node's coordinate is on that node.
+    bool covers(double x, double spacing) const
+    {
+        const double tolerance = 1e-9 * spacing;
+        return outer_is_above ? x >= at - tolerance : x <= at + tolerance;
+    }
+    bool constrains(int component) const
+    {
+        switch (type) {
+        case BoundaryType::fixed: return true;
+        case BoundaryType::symmetry: return component == axis;
+        case BoundaryType::velocity: return value[component].has_value();
+        }
+        return false;
+    }
+    /// Of a constrained component at a place and a time, m/s.
+    double velocity(int component, const Vec<D>& x, double t) const
+    {
+        return type == BoundaryType::velocity ? (*value[component])({padded(x), padded(x), t}) : 0.0;
+    }
 };
 
 /// The constrained components of nodes in the blocks that the material touches. Each has one condition: of several the
@@ -41,7 +63,7 @@ class Constraints {
             for (const Index<D>& block : tiles.blocks())
                 outer_part(boundaries[k], lattice, tiles.nodes_of(block)).for_each([&](const Index<D>& at) {
                     for (int a = 0; a < D; ++a)
-                        if (constrains(boundaries[k], a))
+                        if (boundaries[k].constrains(a))
                             held_.push_back(
                                 {lattice.offset(at), a, k, boundaries[k].type == BoundaryType::velocity, place_of(lattice, at)});
                 });
@@ -74,7 +96,7 @@ class Constraints {
             double& v              = nodes[h.node][NodeLane::velocity + h.component];
             double& dv             = nodes[h.node][NodeLane::increment + h.component];
             const double projected = v - dv;
-            v                      = velocity(boundaries[h.boundary], h, t);
+            v                      = boundaries[h.boundary].velocity(h.component, h.x, t);
             dv                     = h.is_prescribed ? v - projected : 0.0;
         });
     }
@@ -83,7 +105,7 @@ class Constraints {
     template <class F>
     void for_each_velocity(const std::vector<Boundary<D>>& boundaries, double t, F&& f) const
     {
-        for (const Held& h : held_) f(h.node, h.component, h.is_prescribed, velocity(boundaries[h.boundary], h, t));
+        for (const Held& h : held_) f(h.node, h.component, h.is_prescribed, boundaries[h.boundary].velocity(h.component, h.x, t));
     }
 
   private:
@@ -93,22 +115,6 @@ class Constraints {
         bool is_prescribed;
         Vec<D> x;
     };
-
-    static double velocity(const Boundary<D>& b, const Held& h, double t)
-    {
-        const Vec<3> x = padded(h.x);
-        return b.type == BoundaryType::velocity ? (*b.value[h.component])({x, x, t}) : 0.0;
-    }
-
-    static bool constrains(const Boundary<D>& b, int component)
-    {
-        switch (b.type) {
-        case BoundaryType::fixed: return true;
-        case BoundaryType::symmetry: return component == b.axis;
-        case BoundaryType::velocity: return b.value[component].has_value();
-        }
-        return false;
-    }
 
     /// Where a node's value is asked for: nodes of the margin take that of the grid's edge, the expression need not
     /// mean anything outside.
@@ -124,12 +130,12 @@ class Constraints {
     /// The nodes of `box` at or beyond the plane.
     static IndexBox<D> outer_part(const Boundary<D>& b, const Lattice<D>& lattice, IndexBox<D> box)
     {
-        const double tolerance = 1e-9 * lattice.h[b.axis];  // a plane given at a node's coordinate is on that node
+        auto is_inner = [&](int k) { return !b.covers(lattice.node_position(b.axis, k), lattice.h[b.axis]); };
         int &lo = box.lo[b.axis], &hi = box.hi[b.axis];
         if (b.outer_is_above)
-            while (lo < hi && lattice.node_position(b.axis, lo) < b.at - tolerance) ++lo;
+            while (lo < hi && is_inner(lo)) ++lo;
         else
-            while (lo < hi && lattice.node_position(b.axis, hi - 1) > b.at + tolerance) --hi;
+            while (lo < hi && is_inner(hi - 1)) --hi;
         return box;
     }
 

@@ -28,6 +28,9 @@ class Halo {
         }
     }
 
+    /// Another pair along axis a, of nodes that are not of the grid.
+    void add_pair(int a, std::ptrdiff_t ghost, std::ptrdiff_t image) { pairs_[a].push_back({ghost, image}); }
+
     /// Adds lanes [first, last) of the margin to the nodes they repeat.
     void add(Lanes* nodes, int first, int last) const
     {

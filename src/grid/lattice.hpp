@@ -7,6 +7,7 @@
 #include "base/lanes.hpp"
 #include "base/vec.hpp"
 
+#include <cmath>
 #include <cstddef>
 
 namespace ordo {
@@ -128,6 +129,15 @@ struct Lattice {
         for (int a = 0; a < D; ++a)
             if (periodic[a]) at[a] = periodic_image(a, at[a]);
         return at;
+    }
+    /// Where a place of any period is in the first one.
+    Vec<D> inside_period(Vec<D> x) const
+    {
+        for (int a = 0; a < D; ++a) {
+            const double period = cells[a] * h[a];
+            if (periodic[a]) x[a] -= period * std::floor((x[a] - origin[a]) / period);
+        }
+        return x;
     }
     /// Whether it stands for one inside the period.
     bool is_image(const Index<D>& at) const { return !(inside_period(at) == at); }

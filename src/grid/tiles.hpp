@@ -121,13 +121,18 @@ class Tiles {
     {
         parallel_for(static_cast<std::ptrdiff_t>(blocks_.size()), f, is_large());
     }
-    /// f(first node, end) for runs of consecutive nodes that together are every block that the material touches.
+    /// f(first node, end) for runs of consecutive nodes that together are every block that the material touches, and the
+    /// nodes behind those of the grid.
     template <class F>
     void for_each_node_run(F&& f) const
     {
         for_each_block_run([&](std::ptrdiff_t, std::ptrdiff_t first, std::ptrdiff_t end) { f(first, end); });
+        const auto first = static_cast<std::ptrdiff_t>(lattice_.node_count());
+        parallel_pieces(extra_nodes_, [&](std::ptrdiff_t begin, std::ptrdiff_t end) { f(first + begin, first + end); });
     }
-    /// The same as f(place in blocks(), first node, end); the runs of a block one after the other.
+    /// So many nodes that are not of the grid have their records behind it.
+    void add_nodes(std::size_t count) { extra_nodes_ = static_cast<std::ptrdiff_t>(count); }
+    /// The same of the grid as f(place in blocks(), first node, end); the runs of a block one after the other.
     template <class F>
     void for_each_block_run(F&& f) const
     {
@@ -222,6 +227,7 @@ class Tiles {
     std::array<std::vector<int>, colour_count> colours_;
     std::vector<Index<D>> blocks_;
     std::vector<std::uint64_t> block_keys_;  ///< of blocks_, sorted
+    std::ptrdiff_t extra_nodes_ = 0;
 };
 
 }  // namespace ordo

@@ -108,26 +108,6 @@ struct Filling {
     CellMesh<D> mesh{};
 };
 
-/// A cell as a seed: for domains that have no corners of their own. Half-edges are those of the cell in its middle, of the
-/// same volume; of a simplex those of a cube.
-template <int D>
-Seed<D> seed_of(const CellMesh<D>& mesh, const CornerIds<D>& cell)
-{
-    Vec<D> x[1 << D];
-    get_corners(cell, mesh.corners.data(), x);
-    const CellWeights<D> weights = exact_weights<D>(x, cell.is_simplex());
-    Seed<D> seed{.x = centroid<D>(weights, x), .volume = weights.V, .edges = Mat<D>::identity()};
-    if (!cell.is_simplex())
-        for (int d = 0; d < D; ++d)
-            for (int a = 0; a < D; ++a) {
-                double sum = 0.0;
-                for (int c = 0; c < (1 << D); ++c) sum += (c >> d & 1 ? 1.0 : -1.0) * x[c][a];
-                seed.edges(a, d) = sum / (1 << D);
-            }
-    seed.edges *= std::pow(weights.V / (std::pow(2.0, D) * det(seed.edges)), 1.0 / D);
-    return seed;
-}
-
 template <int D>
 Filling<D> fill_mesh(const BodyInput& b)
 {
@@ -381,6 +361,22 @@ void set_up_tractions(const CaseInput& in, int k, const CellMesh<D>& mesh, int f
 }
 
 template <int D>
+void set_up_enrichment(const CaseInput& in, const Model<D>& model, Particles<D>& p)
+{
+    const std::string key = in.method.has("enrichment") ? "enrichment" : "preset";
+    int count             = 0;
+    try {
+        count = enrich(model, p);
+    } catch (const InputError& e) {
+        in.method.fail(key, e.what());
+    }
+    if (count == 0)
+        in.method.fail(key,
+                       "finds no interface: no two bodies share a corner. Meshes must conform, and shapes have the same cells on "
+                       "both sides; or choose enrichment = \"all\" or a method without (cpdi2)");
+}
+
+template <int D>
 void require_stable(const CaseInput& in, const Model<D>& model, const Particles<D>& particles)
 {
     const double limit = stable_time_step(model, particles);
@@ -461,6 +457,7 @@ Built<D> build(const CaseInput& in)
         for (int i = first[k]; i < first[k + 1]; ++i) require_finite(p.v[i], b.velocity, p.x[i]);
         if (!in.tractions.empty()) set_up_tractions(in, static_cast<int>(k), meshes[k], first[k], model, p);
     }
+    if (has_enrichment(model.method)) set_up_enrichment(in, model, p);
     require_stable(in, model, p);
     return {std::move(model), std::move(p)};
 }

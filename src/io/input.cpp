@@ -23,6 +23,8 @@ void for_each_method_axis(F&& f)
     f(&MethodInput::basis, &MethodSpec::basis);
     f(&MethodInput::domain, &MethodSpec::domain);
     f(&MethodInput::cell_weights, &MethodSpec::weights);
+    f(&MethodInput::enrichment, &MethodSpec::enrichment);
+    f(&MethodInput::corner_velocity, &MethodSpec::corner_velocity);
     f(&MethodInput::projection, &MethodSpec::projection);
     f(&MethodInput::weight, &MethodSpec::weight);
     f(&MethodInput::samples, &MethodSpec::samples);
@@ -40,8 +42,8 @@ template <class E>
 E choice_type(E MethodSpec::*);
 
 /// Numbers of the method, in the order of `settings`.
-constexpr std::array kMethodSettings{&MethodInput::degree, &MethodInput::pic_fraction, &MethodInput::a0, &MethodInput::lump_below,
-                                     &MethodInput::stretch_limit};
+constexpr std::array kMethodSettings{&MethodInput::degree,     &MethodInput::pic_fraction,  &MethodInput::a0,
+                                     &MethodInput::lump_below, &MethodInput::stretch_limit, &MethodInput::layers};
 static_assert(kMethodSettings.size() == settings.size());
 
 // clang-format off
@@ -317,9 +319,7 @@ int read_dim(const toml::table& root)
 
 MethodSpec resolve_method(MethodInput& in)
 {
-    MethodSpec spec;
-    for (const Preset& p : presets())
-        if (p.name == in.preset) spec = p.spec;
+    MethodSpec spec = find_preset(in.preset)->spec;
     for_each_method_axis([&](auto text, auto choice) {
         using E = decltype(choice_type(choice));
         if (!(in.*text).empty()) spec.*choice = parse_choice<E>(in.*text);
@@ -559,6 +559,8 @@ void validate(CaseInput& c, const std::filesystem::path& file)
             c.output.fail("fields", "names \"" + f + "\" twice");
     for (const ProbeInput& p : c.probes) {
         if (p.particle.empty() == p.point.empty()) p.fail("point", "give either particle or point");
+        if (!p.point.empty() && c.spec.enrichment == Enrichment::all)
+            p.fail("point", "watches the grid, where finite elements leave nothing; follow a particle");
         if (p.name.empty() ||
             p.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") != std::string::npos)
             p.fail("name", "must be made of letters, digits, - and _, for it is part of a file's name");
@@ -568,6 +570,8 @@ void validate(CaseInput& c, const std::filesystem::path& file)
             if (!(at[a] >= c.grid.origin[a] && at[a] <= c.grid.origin[a] + c.grid.size[a])) p.fail(key, "lies outside the grid");
     }
     require_unique_names(c.probes, "probe");
+    if (c.output.grid && c.spec.enrichment == Enrichment::all)
+        c.output.fail("grid", "finite elements leave nothing on the grid; write particles only");
 }
 
 }  // namespace

@@ -18,9 +18,9 @@ struct GridInput : Located {
 
 struct MethodInput : Located {
     std::string preset = "cpdi1";
-    std::string basis, domain, cell_weights, projection, weight, samples, tls, quadrature, cell_volume, mass, gradient, update,
-        scheme, start;
-    std::optional<double> degree, pic_fraction, a0, lump_below, stretch_limit;
+    std::string basis, domain, cell_weights, enrichment, corner_velocity, projection, weight, samples, tls, quadrature,
+        cell_volume, mass, gradient, update, scheme, start;
+    std::optional<double> degree, pic_fraction, a0, lump_below, stretch_limit, layers;
 };
 
 struct TimeInput : Located {

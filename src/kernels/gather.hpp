@@ -122,12 +122,18 @@ void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
     out = report;
 }
 
-/// Shared corners [begin, end) move with the nodes: x_c += dt sum N_i(x_c) v_i; velocities of their own as those of particles.
-template <int D, class Basis>
+/// Shared corners [begin, end) move with the nodes: x_c += dt sum N_i(x_c) v_i; velocities of samples as those of particles.
+/// An enriched corner is a node.
+template <int D, class Basis, bool is_enriched>
 void move_corners(const Sweep<D>& sweep, std::ptrdiff_t begin, std::ptrdiff_t end)
 {
     const Sweep<D> s = sweep;
     for (std::ptrdiff_t c = begin; c < end; ++c) {
+        if constexpr (is_enriched)
+            if (const std::ptrdiff_t own = s.p.corner_node[c]; own >= 0) {
+                for (int a = 0; a < D; ++a) s.p.corner[c][a] += s.dt * s.nodes[own][NodeLane::velocity + a];
+                continue;
+            }
         const Lanes value = interpolate<D, Basis>(s.lattice, s.nodes, s.p.corner[c]);
         for (int a = 0; a < D; ++a) s.p.corner[c][a] += s.dt * value[NodeLane::velocity + a];
         if (!s.p.corner_velocity) continue;

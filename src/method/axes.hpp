@@ -14,6 +14,8 @@ namespace ordo {
 enum class Basis { hat, bspline2, bspline3, ddmpm };
 enum class Domain { point, box, stretched_box, parallelepiped, cell, simplex };
 enum class CornerWeights { exact, mean };
+enum class Enrichment { none, interface, adjacent, layers, all };
+enum class CornerVelocity { remapped, kept };
 enum class Projection { mass, gradient_enhanced, affine, polynomial, mls, imls, tls };
 enum class Weight { hat, quadratic, cubic };
 enum class Samples { particles, corners };
@@ -62,6 +64,21 @@ template <> struct Axis<CornerWeights> {
     static constexpr std::array choices{
         Choice<CornerWeights>{CornerWeights::exact, "exact", "integrals over the cell"},
         Choice<CornerWeights>{CornerWeights::mean, "mean", "the mean of the corners (Sadeghirad et al. 2013), exact for parallelepipeds"}};
+};
+template <> struct Axis<Enrichment> {
+    static constexpr std::string_view key = "enrichment", what = "corners of cells that are degrees of freedom of their own, beside the grid's nodes, where no other body is near (Sadeghirad et al. 2013)";
+    static constexpr std::array choices{
+        Choice<Enrichment>{Enrichment::none, "none", "all corners spread to the grid"},
+        Choice<Enrichment>{Enrichment::interface, "interface", "corners that cells of different bodies share"},
+        Choice<Enrichment>{Enrichment::adjacent, "adjacent", "all corners of the cells that have one of those"},
+        Choice<Enrichment>{Enrichment::layers, "layers", "the same, over as many layers of cells as `layers` says"},
+        Choice<Enrichment>{Enrichment::all, "all", "every corner: finite elements of one point"}};
+};
+template <> struct Axis<CornerVelocity> {
+    static constexpr std::string_view key = "corner_velocity", what = "velocity of enriched corners at the start of a step";
+    static constexpr std::array choices{
+        Choice<CornerVelocity>{CornerVelocity::remapped, "remapped", "projected from the particles, as that of nodes"},
+        Choice<CornerVelocity>{CornerVelocity::kept, "kept", "that of the last step, as in finite elements"}};
 };
 template <> struct Axis<Projection> {
     static constexpr std::string_view key = "projection", what = "velocity from particles to nodes";
@@ -169,25 +186,28 @@ E parse_choice(std::string_view name)
 
 /// A method: one choice per axis.
 struct MethodSpec {
-    Basis basis            = Basis::hat;
-    Domain domain          = Domain::point;
-    CornerWeights weights  = CornerWeights::exact;
-    Projection projection  = Projection::mass;
-    Weight weight          = Weight::cubic;
-    Samples samples        = Samples::particles;
-    Tls tls                = Tls::both;
-    Quadrature quadrature  = Quadrature::particle;
-    CellVolume cell_volume = CellVolume::full;
-    MassMatrix mass        = MassMatrix::lumped;
-    Gradient gradient      = Gradient::shape;
-    Update update          = Update::flip;
-    Scheme scheme          = Scheme::usl;
-    Start start            = Start::leapfrog;
-    double degree          = 1;
-    double pic_fraction    = 0.0;
-    double a0              = 0.5;
-    double lump_below      = 0.3;
-    double stretch_limit   = 0.0;
+    Basis basis                    = Basis::hat;
+    Domain domain                  = Domain::point;
+    CornerWeights weights          = CornerWeights::exact;
+    Enrichment enrichment          = Enrichment::none;
+    CornerVelocity corner_velocity = CornerVelocity::remapped;
+    Projection projection          = Projection::mass;
+    Weight weight                  = Weight::cubic;
+    Samples samples                = Samples::particles;
+    Tls tls                        = Tls::both;
+    Quadrature quadrature          = Quadrature::particle;
+    CellVolume cell_volume         = CellVolume::full;
+    MassMatrix mass                = MassMatrix::lumped;
+    Gradient gradient              = Gradient::shape;
+    Update update                  = Update::flip;
+    Scheme scheme                  = Scheme::usl;
+    Start start                    = Start::leapfrog;
+    double degree                  = 1;
+    double pic_fraction            = 0.0;
+    double a0                      = 0.5;
+    double lump_below              = 0.3;
+    double stretch_limit           = 0.0;
+    double layers                  = 2;
 
     bool operator==(const MethodSpec&) const = default;
 };
@@ -199,6 +219,8 @@ void for_each_axis(F&& f)
     f(&MethodSpec::basis);
     f(&MethodSpec::domain);
     f(&MethodSpec::weights);
+    f(&MethodSpec::enrichment);
+    f(&MethodSpec::corner_velocity);
     f(&MethodSpec::projection);
     f(&MethodSpec::weight);
     f(&MethodSpec::samples);
@@ -229,7 +251,8 @@ inline constexpr std::array settings{
             "consistent mass: nodes that are filled to less than this part are lumped"},
     Setting{"stretch_limit", &MethodSpec::stretch_limit, 0, 30,
             "parallelepiped: largest distance of a corner from the particle, cells; wider domains are scaled (Homel et al. "
-            "2016); 0: none"}};
+            "2016); 0: none"},
+    Setting{"layers", &MethodSpec::layers, 0, 1000, "layers of cells on both sides of an interface, of enrichment layers", true}};
 
 /// A combination that makes no sense, and why.
 struct Rule {
@@ -240,6 +263,8 @@ struct Rule {
 
 inline bool has_cells(const MethodSpec& s) { return s.domain == Domain::cell || s.domain == Domain::simplex; }
 inline bool has_splines(const MethodSpec& s) { return s.basis == Basis::bspline2 || s.basis == Basis::bspline3; }
+inline bool has_enrichment(const MethodSpec& s) { return s.enrichment != Enrichment::none; }
+inline bool keeps_corner_velocity(const MethodSpec& s) { return s.corner_velocity == CornerVelocity::kept; }
 /// Velocities of the nodes are least-squares fits there.
 inline bool fits_velocity(const MethodSpec& s) { return s.projection == Projection::mls || s.projection == Projection::imls; }
 /// Cells that a weight is wide.
@@ -283,6 +308,20 @@ inline const std::vector<Rule>& rules()
         {[](const MethodSpec& s) { return s.stretch_limit > 0 && s.domain != Domain::parallelepiped; },
          "stretch_limit with a domain other than parallelepiped",
          "points and boxes do not stretch with F and cells share their corners: there is nothing that could be scaled"},
+        {[](const MethodSpec& s) { return has_enrichment(s) && !has_cells(s); },
+         "enrichment with a domain other than cell and simplex", "there are no corners that cells share"},
+        {[](const MethodSpec& s) {
+             return has_enrichment(s) &&
+                    (s.projection != Projection::mass || s.quadrature != Quadrature::particle || s.gradient != Gradient::shape);
+         },
+         "enrichment with a projection other than mass, a quadrature other than particle or a gradient other than shape",
+         "fits and cells of the grid know nothing of corners that do not spread to it"},
+        {[](const MethodSpec& s) { return has_enrichment(s) && s.mass == MassMatrix::consistent; },
+         "enrichment with mass consistent", "one particle a cell leaves the matrix of its corners singular: use mass lumped"},
+        {[](const MethodSpec& s) { return keeps_corner_velocity(s) && !has_enrichment(s); },
+         "corner_velocity kept without enrichment", "only enriched corners have a velocity of their own"},
+        {[](const MethodSpec& s) { return s.layers != MethodSpec{}.layers && s.enrichment != Enrichment::layers; },
+         "layers with an enrichment other than layers", "the other choices say how far they go: set enrichment to layers"},
         {[](const MethodSpec& s) { return s.samples == Samples::corners && !fits_velocity(s); },
          "samples corners with a projection other than mls and imls", "only least squares have samples"},
         {[](const MethodSpec& s) { return s.samples == Samples::corners && s.domain == Domain::point; },
@@ -376,6 +415,15 @@ inline const std::vector<Preset>& presets()
          "convected particle domains, quadrilaterals and hexahedra (Gong 2015, sec. 6.5; Sadeghirad et al. 2013)",
          {.domain = Domain::cell}},
         {"cpdi2t", "convected particle domains, triangles and tetrahedra (Nguyen et al. 2017)", {.domain = Domain::simplex}},
+        {"cpdi2e",
+         "enriched cpdi2: cells at an interface between bodies carry degrees of freedom of their own (Sadeghirad et al. 2013)",
+         {.domain = Domain::cell, .enrichment = Enrichment::adjacent}},
+        {"fem",
+         "every corner enriched: updated-Lagrangian finite elements of one point, on the cells of cpdi2 (Sadeghirad et al. 2013)",
+         {.domain          = Domain::cell,
+          .weights         = CornerWeights::mean,
+          .enrichment      = Enrichment::all,
+          .corner_velocity = CornerVelocity::kept}},
         {"bscpdi2",
          "cpdi2 on quadratic splines: holds large shear on fine meshes best (docs/vortex.md)",
          {.basis = Basis::bspline2, .domain = Domain::cell}},
@@ -421,6 +469,20 @@ inline const std::vector<Preset>& presets()
          {.basis = Basis::bspline2, .projection = Projection::polynomial, .update = Update::polypic}},
     };
     return rows;
+}
+
+/// The row of this name; null where there is none.
+inline const Preset* find_preset(std::string_view name)
+{
+    for (const Preset& p : presets())
+        if (p.name == name) return &p;
+    return nullptr;
+}
+inline std::vector<std::string> preset_names()
+{
+    std::vector<std::string> names;
+    for (const Preset& p : presets()) names.emplace_back(p.name);
+    return names;
 }
 
 }  // namespace ordo

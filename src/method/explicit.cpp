@@ -3,6 +3,7 @@
 #include "kernels/nodes.hpp"
 #include "kernels/scatter.hpp"
 #include "method/courant.hpp"
+#include "method/enrichment.hpp"
 #include "method/layout.hpp"
 #include "method/reconstruction.hpp"
 
@@ -137,7 +138,7 @@ void Explicit<D>::step(State<D>& s, double dt) const
     const double dt_kick  = 0.5 * (s.dt_prev + dt);  // velocities live at half steps; the first kick of a leapfrog is half
     const double t_kicked = s.t_v + dt_kick;
 
-    sort_if_stale(s);
+    arrange(s);
     Lanes* nodes  = s.nodes.data();
     Lanes* strain = scheme == Scheme::usl ? nodes : s.strain_nodes.data();
 
@@ -161,6 +162,7 @@ void Explicit<D>::step(State<D>& s, double dt) const
     if (s.projection.is_wanted) report_projection(s, nodes, has_velocities);
     advance(s, nodes, dt_kick, t_kicked, has_velocities);  // v_i; a_i = f_i/m_i + g; v_i += dt a_i
     constrain(s, nodes, t_kicked);
+    if (keeps_corner_velocity(model_.method)) keep_velocities(s, nodes);
 
     // Last the motion, so that every phi before it is at x_n.
     switch (scheme) {
@@ -197,7 +199,7 @@ void Explicit<D>::step(State<D>& s, double dt) const
 template <int D>
 const ProjectionReport& Explicit<D>::project(State<D>& s) const
 {
-    sort_if_stale(s);
+    arrange(s);
     Lanes* nodes = s.nodes.data();
     clear_nodes(s, nodes);
     s.projection.fit = {};
@@ -210,11 +212,13 @@ const ProjectionReport& Explicit<D>::project(State<D>& s) const
 }
 
 template <int D>
-void Explicit<D>::sort_if_stale(State<D>& s) const
+void Explicit<D>::arrange(State<D>& s) const
 {
-    if (is_sorted_enough(s)) return;
     Stopwatch watch(times_, StageTimes::sort);
-    sort_particles(model_, s);
+    if (is_sorted_enough(s))
+        number_enriched(s);
+    else
+        sort_particles(model_, s);
 }
 
 template <int D>
@@ -304,6 +308,7 @@ void Explicit<D>::project(State<D>& s, Lanes* nodes) const
         settle_masses(s, nodes, of_particles, false);
     } else {
         scatter(s, passes_.project, nodes, 0, NodeLane::end);
+        if (keeps_corner_velocity(model_.method)) restore_momenta(s, nodes);
     }
 }
 
@@ -314,10 +319,12 @@ bool Explicit<D>::project_and_force(State<D>& s, Lanes* nodes) const
 {
     const bool finds_velocities = passes_.velocity_fit.solve || model_.method.quadrature == Quadrature::cell;
     const bool is_fused         = passes_.project_and_force && !passes_.cell_fit.spread;
-    if (is_fused)
+    if (is_fused) {
         scatter(s, passes_.project_and_force, nodes, 0, NodeLane::end);
-    else
+        if (keeps_corner_velocity(model_.method)) restore_momenta(s, nodes);
+    } else {
         project(s, nodes);
+    }
     if (finds_velocities) velocities(s, nodes);
     if (is_fused) return finds_velocities;
     s.halo.copy(nodes);
@@ -381,15 +388,18 @@ void Explicit<D>::report_projection(State<D>& s, const Lanes* nodes, bool has_ve
              p.count, Lanes{}, [&](std::ptrdiff_t i) { return mass_momentum(p.m[i], p.v[i], 0.0); }, add);
     const auto& blocks = s.tiles.blocks();
     std::vector<Lanes> partial(blocks.size(), Lanes{});
+    auto sum_of = [&](const Lanes& n) {
+        const double factor = has_velocities ? n[NodeLane::mass] : 1.0;
+        return n * make_lanes(factor, factor, factor, 1, 0, 0, 0, 0);
+    };
     s.tiles.for_each_block([&](std::ptrdiff_t k) {
         s.tiles.nodes_of(blocks[k]).for_each([&](const Index<D>& at) {
-            if (s.lattice.is_image(at)) return;
-            const Lanes& n      = nodes[s.lattice.offset(at)];
-            const double factor = has_velocities ? n[NodeLane::mass] : 1.0;
-            partial[k] += n * make_lanes(factor, factor, factor, 1, 0, 0, 0, 0);
+            if (!s.lattice.is_image(at)) partial[k] += sum_of(nodes[s.lattice.offset(at)]);
         });
     });
-    Lanes after{};
+    const Lanes* enriched = nodes + s.lattice.node_count();
+    Lanes after           = parallel_reduce(
+                  p.enriched_count, Lanes{}, [&](std::ptrdiff_t e) { return sum_of(enriched[e]); }, add);
     for (const Lanes& one : partial) after += one;
     ProjectionReport& r = s.projection;
     r.mass_before       = before[NodeLane::mass];
@@ -453,15 +463,19 @@ void Explicit<D>::constrain(State<D>& s, Lanes* nodes, double t) const
 {
     Stopwatch watch(times_, StageTimes::nodes);
     s.constraints.apply(model_.boundaries, nodes, t);
+    constrain_enriched(model_, s, nodes, t);
     s.halo.copy(nodes);
 }
 
 namespace {
 
-/// h over the P-wave speed plus |v|, smallest over axes and particles, s.
+/// The shortest time in which a wave crosses a cell, s: h over the P-wave speed plus |v| for particles that write to the grid,
+/// half the period over pi of the fastest wave of enriched cells.
 template <int D>
 double crossing_time(const Model<D>& model, const Particles<D>& particles)
 {
+    const double enriched = enriched_time_step(model, particles);
+    if (model.method.enrichment == Enrichment::all) return enriched;
     std::vector<double> c;
     for (const Material& m : model.materials) c.push_back(m.wave_speed());
     const double rate = parallel_reduce(
@@ -472,7 +486,7 @@ double crossing_time(const Model<D>& model, const Particles<D>& particles)
             return r;
         },
         [](double& total, double r) { total = std::max(total, r); });
-    return rate > 0 ? 1 / rate : std::numeric_limits<double>::infinity();
+    return std::min(enriched, rate > 0 ? 1 / rate : std::numeric_limits<double>::infinity());
 }
 
 }  // namespace

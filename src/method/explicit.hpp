@@ -45,7 +45,7 @@ class Explicit {
     void measure(StageTimes* times) { times_ = times; }
 
   private:
-    void sort_if_stale(State<D>& s) const;
+    void arrange(State<D>& s) const;
     void evaluate_external_forces(State<D>& s) const;
     void clear_nodes(State<D>& s, Lanes* nodes) const;
     void velocities(State<D>& s, Lanes* nodes) const;

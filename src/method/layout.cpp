@@ -1,5 +1,7 @@
 #include "method/layout.hpp"
 
+#include "method/enrichment.hpp"
+
 #include <cmath>
 
 namespace ordo {
@@ -40,16 +42,19 @@ void sort_particles(const Model<D>& model, State<D>& s)
     for (int k = 0; k < count; ++k) sorted[k] = keys[order[k]];
     tiles.assign(sorted);
 
-    if (s.nodes.size() != lattice.node_count()) {
-        s.nodes = Array<Lanes>(lattice.node_count());
-        if (model.method.scheme != Scheme::usl) s.strain_nodes = Array<Lanes>(lattice.node_count());
-        if (model.method.mass == MassMatrix::consistent) s.known = Array<Lanes>(lattice.node_count());
+    s.halo                     = Halo<D>(lattice, tiles);
+    const std::size_t enriched = add_enriched(lattice, s.particles, s.halo), nodes = lattice.node_count() + enriched;
+    tiles.add_nodes(enriched);
+    if (s.nodes.size() != nodes) {
+        s.nodes = Array<Lanes>(nodes);
+        if (model.method.scheme != Scheme::usl) s.strain_nodes = Array<Lanes>(nodes);
+        if (model.method.mass == MassMatrix::consistent) s.known = Array<Lanes>(nodes);
     }
     s.lattice     = lattice;
     s.tiles       = std::move(tiles);
-    s.halo        = Halo<D>(s.lattice, s.tiles);
     s.constraints = Constraints<D>(model.boundaries, s.lattice, s.tiles);
     s.drift       = 0.0;
+    number_enriched(s);
 }
 
 template void wrap_periodic(const Model<1>&, Particles<1>&);

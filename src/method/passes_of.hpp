@@ -66,15 +66,15 @@ void add_points(const MethodSpec& spec, Passes<S::dim>& p)
 }
 
 /// The passes of cells: corners move, particles follow.
-template <Shape S, class Basis>
-Passes<S::dim> passes_of_cells(const MethodSpec& spec)
+template <int D, class Basis, bool is_exact, bool is_enriched>
+Passes<D> passes_of_cells(const MethodSpec& spec)
 {
-    constexpr int D     = S::dim;
+    using S             = Cell<D, Basis, is_exact, is_enriched>;
     Passes<D> p         = passes_of_shape<S, Basis, OfCorners<S>>(spec);
     p.move              = nullptr;
     p.velocity_and_move = p.update_velocity;
     p.update_all        = gather<S, OfCorners<S>, kUpdateVelocity | kUpdateStress>;
-    p.move_corners      = move_corners<D, Basis>;
+    p.move_corners      = move_corners<D, Basis, is_enriched>;
     p.follow_corners    = follow_corners<S>;
     return p;
 }
@@ -108,8 +108,11 @@ Passes<D> passes_of(const MethodSpec& spec)
         case Domain::parallelepiped: return passes_of_shape<Parallelepiped<D, Basis>, Basis, AffineEdges<D>>(spec);
         case Domain::cell:
         case Domain::simplex:
-            return spec.weights == CornerWeights::exact ? passes_of_cells<Cell<D, Basis, true>, Basis>(spec)
-                                                        : passes_of_cells<Cell<D, Basis, false>, Basis>(spec);
+            if (spec.weights == CornerWeights::exact)
+                return has_enrichment(spec) ? passes_of_cells<D, Basis, true, true>(spec)
+                                            : passes_of_cells<D, Basis, true, false>(spec);
+            return has_enrichment(spec) ? passes_of_cells<D, Basis, false, true>(spec)
+                                        : passes_of_cells<D, Basis, false, false>(spec);
         }
         throw std::logic_error("passes_of: unhandled choice");
     }();

@@ -1,7 +1,7 @@
 // Particles of one material from seeds, with the domains that a method wants.
 #pragma once
 
-#include "method/state.hpp"
+#include "method/enrichment.hpp"
 #include "particles/cell_seeding.hpp"
 #include "particles/seeding.hpp"
 #include "shape/cell_planting.hpp"
@@ -32,8 +32,8 @@ void set_velocities(Particles<D>& p, int begin, int end, const Velocity& v, cons
             const Vec<D> slope = (v(p.x[i] + d) - v(p.x[i] - d)) * (0.5 / d[b]);
             for (int a = 0; a < D; ++a) p.L[i](a, b) = std::isfinite(slope[a]) ? slope[a] : 0.0;
         }
-        for (int c = 0; c < 1 << D && !p.samples.empty(); ++c)
-            if (p.samples[i] >> c & 1) p.corner_velocity[p.cell[i][c]] = v(p.corner[p.cell[i][c]]);
+        if (p.has_corner_velocity)
+            for (int c = 0; c < p.cell[i].count(); ++c) p.corner_velocity[p.cell[i][c]] = v(p.corner[p.cell[i][c]]);
     }
 }
 
@@ -47,6 +47,7 @@ Particles<D> plant_all(const Model<D>& model, const std::vector<Seed<D>>& seeds,
         const CellMesh<D> mesh = mesh_of(model.method, seeds, corners);
         Particles<D> p(static_cast<int>(mesh.cells.size()), groups);
         plant_cells(p, 0, mesh, density);
+        enrich(model, p);
         return p;
     }
     Particles<D> p(static_cast<int>(seeds.size()), groups);

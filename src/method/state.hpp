@@ -80,7 +80,7 @@ struct State {
     Tiles<D> tiles;
     Halo<D> halo;
     Constraints<D> constraints;
-    Array<Lanes> nodes;                  ///< sums, then velocities and increments
+    Array<Lanes> nodes;                  ///< sums, then velocities and increments; behind the grid's those of enriched corners
     Array<Lanes> strain_nodes;           ///< velocities that update the stress, where they are not those of `nodes` (USF, MUSL)
     std::array<Array<Lanes>, 5> solver;  ///< of the consistent mass matrix; empty without it
     Array<Lanes> known;                  ///< values of constrained components, for the same
@@ -137,13 +137,14 @@ template <int D>
 FieldGroups field_groups(const Model<D>& model)
 {
     FieldGroups g{};
-    g.box            = model.method.domain == Domain::box || model.method.domain == Domain::stretched_box;
-    g.corners        = model.method.domain == Domain::parallelepiped;
-    g.cells          = has_cells(model.method);
-    g.traction       = !model.tractions.empty();
-    g.gradient       = carries_gradient(model.method);
-    g.modes          = model.method.projection == Projection::polynomial;
-    g.corner_samples = g.cells && model.method.samples == Samples::corners;
+    g.box             = model.method.domain == Domain::box || model.method.domain == Domain::stretched_box;
+    g.corners         = model.method.domain == Domain::parallelepiped;
+    g.cells           = has_cells(model.method);
+    g.traction        = !model.tractions.empty();
+    g.gradient        = carries_gradient(model.method);
+    g.modes           = model.method.projection == Projection::polynomial;
+    g.corner_samples  = g.cells && model.method.samples == Samples::corners;
+    g.corner_velocity = g.corner_samples || keeps_corner_velocity(model.method);
     for (int a = 0; a < D; ++a) g.periodic = g.periodic || model.periodic[a];
     g.body_force = static_cast<bool>(model.body_force_kernel);
     for (const auto& b : model.body_forces) g.body_force = g.body_force || !is_zero<D>(b);

@@ -59,12 +59,7 @@ void evaluate_loads(const std::vector<Load<D>>& loads, const std::vector<Tractio
                 arm  = p.F[i] * load.arm0;
             }
             const Traction<D>& traction = tractions[load.traction];
-            Vec<D> x                    = p.x[i] + arm;
-            for (int a = 0; a < D; ++a) {
-                const double period = g.cells[a] * g.h[a];
-                if (g.periodic[a]) x[a] -= period * std::floor((x[a] - g.origin[a]) / period);
-            }
-            const FieldPoint place{padded(x), padded(load.center0), t};
+            const FieldPoint place{padded(g.inside_period(p.x[i] + arm)), padded(load.center0), t};
             Vec<D> f{};
             switch (traction.type) {
             case TractionType::pressure: f = -traction.value[0](place) * area; break;

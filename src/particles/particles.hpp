@@ -60,6 +60,7 @@ struct FieldGroups {
     bool gradient                = false;
     bool modes                   = false;
     bool corner_samples          = false;
+    bool corner_velocity         = false;  ///< of corners, no field of particles
     bool periodic                = false;
 };
 
@@ -70,8 +71,10 @@ struct ParticleView {
     ORDO_PARTICLE_FIELDS(ORDO_FIELD)
 #undef ORDO_FIELD
     int count;
-    Vec<D>* corner;           ///< positions of the shared corners of cells, m
-    Vec<D>* corner_velocity;  ///< their velocities, m/s; null where they are no samples
+    Vec<D>* corner;               ///< positions of the shared corners of cells, m
+    Vec<D>* corner_velocity;      ///< their velocities, m/s; null where they have none of their own
+    std::ptrdiff_t* corner_node;  ///< the nodes that enriched corners are, -1 of others; null where no method has any
+    std::ptrdiff_t enriched_count;
 };
 
 /// The owner of the particle fields.
@@ -81,11 +84,18 @@ struct Particles {
     ORDO_PARTICLE_FIELDS(ORDO_FIELD)
 #undef ORDO_FIELD
     int count = 0;
-    Array<Vec<D>> corner;           ///< positions of the shared corners of cells, m; no field of particles, never sorted
-    Array<Vec<D>> corner_velocity;  ///< their velocities, m/s, where they are samples
+    // Of the shared corners of cells: no fields of particles, never sorted.
+    Array<Vec<D>> corner;                ///< positions, m
+    Array<Vec<D>> corner_velocity;       ///< velocities, m/s, where corners are samples or keep them
+    Array<std::int32_t> enriched;        ///< the corners that are degrees of freedom of their own, see method/enrichment.hpp
+    Array<std::uint64_t> corner_planes;  ///< bit k of an enriched one: condition k held it at the start
+    Array<std::ptrdiff_t> corner_node;   ///< see ParticleView
+    Array<std::int32_t> corner_part;     ///< corners that cells connect are of one part; with enriched ones only
+    int part_count           = 0;
+    bool has_corner_velocity = false;
 
     Particles() = default;
-    Particles(int n, const FieldGroups& groups) : count(n)
+    Particles(int n, const FieldGroups& groups) : count(n), has_corner_velocity(groups.corner_velocity)
     {
 #define ORDO_FIELD(type, name, group) \
     if (groups.group) name = Array<type>(n);
@@ -110,7 +120,7 @@ struct Particles {
             ORDO_PARTICLE_FIELDS(ORDO_FIELD)
 #undef ORDO_FIELD
                 count,
-            corner.data(), corner_velocity.data()};
+            corner.data(), corner_velocity.data(), corner_node.data(), static_cast<std::ptrdiff_t>(enriched.size())};
     }
 
     /// Bytes that one particle occupies in these arrays.

@@ -1,13 +1,46 @@
 // Particles that are cells of a mesh: mass, volume and place from the corners.
 #pragma once
 
+#include "particles/cell_seeding.hpp"
 #include "particles/particles.hpp"
+#include "particles/seeding.hpp"
 #include "shape/cell_weights.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace ordo {
+
+/// A cell as a seed: for domains that have no corners of their own. Half-edges are those of the cell in its middle, of the
+/// same volume; of a simplex those of a cube.
+template <int D>
+Seed<D> seed_of(const CellMesh<D>& mesh, const CornerIds<D>& cell)
+{
+    Vec<D> x[1 << D];
+    get_corners(cell, mesh.corners.data(), x);
+    const CellWeights<D> weights = exact_weights<D>(x, cell.is_simplex());
+    Seed<D> seed{.x = centroid<D>(weights, x), .volume = weights.V, .edges = Mat<D>::identity()};
+    if (!cell.is_simplex())
+        for (int d = 0; d < D; ++d)
+            for (int a = 0; a < D; ++a) {
+                double sum = 0.0;
+                for (int c = 0; c < (1 << D); ++c) sum += (c >> d & 1 ? 1.0 : -1.0) * x[c][a];
+                seed.edges(a, d) = sum / (1 << D);
+            }
+    seed.edges *= std::pow(weights.V / (std::pow(2.0, D) * det(seed.edges)), 1.0 / D);
+    return seed;
+}
+
+/// Seeds of hexahedra, quadrilaterals or segments.
+template <int D>
+std::vector<Seed<D>> seeds_of(const std::vector<CornerPoints<D>>& cells)
+{
+    const CellMesh<D> mesh = weld(cells);
+    std::vector<Seed<D>> seeds;
+    for (const CornerIds<D>& cell : mesh.cells) seeds.push_back(seed_of(mesh, cell));
+    return seeds;
+}
 
 /// Makes particles [first, first + cells) of `p` from a mesh: place, mass, volume, corners and number. V0 is the volume
 /// between the corners. The corners of the mesh come behind those that `p` has already; of the cells that share one the
@@ -16,15 +49,15 @@ template <int D>
 void plant_cells(Particles<D>& p, int first, const CellMesh<D>& mesh, double density)
 {
     const int offset = static_cast<int>(p.corner.size());
-    Array<Vec<D>> all(p.corner.size() + mesh.corners.size());
-    std::copy(p.corner.begin(), p.corner.end(), all.begin());
-    std::copy(mesh.corners.begin(), mesh.corners.end(), all.begin() + offset);
-    p.corner = std::move(all);
-    std::vector<bool> is_taken;
-    if (!p.samples.empty()) {
-        p.corner_velocity = Array<Vec<D>>(p.corner.size());
-        is_taken.resize(p.corner.size());
-    }
+    auto append      = [](Array<Vec<D>>& to, const std::vector<Vec<D>>& more) {
+        Array<Vec<D>> all(to.size() + more.size());
+        std::copy(to.begin(), to.end(), all.begin());
+        std::copy(more.begin(), more.end(), all.begin() + to.size());
+        to = std::move(all);
+    };
+    append(p.corner, mesh.corners);
+    if (p.has_corner_velocity) append(p.corner_velocity, std::vector<Vec<D>>(mesh.corners.size()));
+    std::vector<bool> is_taken(p.corner.size(), false);
     for (int k = 0; k < static_cast<int>(mesh.cells.size()); ++k) {
         const int i = first + k;
         p.cell[i]   = mesh.cells[k];

@@ -38,6 +38,42 @@ ORDO_FLAT inline void corner_values(const Lattice<D>& g, const Vec<D>& y, Stenci
     }
 }
 
+// A corner stands on the grid, with the values of the basis there, or is a node itself.
+template <int D, int W, class F>
+ORDO_FLAT inline void visit_corner(Stencil<D, W>& s, const Lattice<D>& g, F&& visit)
+{
+    for (auto& row : s.dw)
+        for (double& x : row) x = 0.0;
+    for_each_node(s, g, [&](std::ptrdiff_t node, double n, const Vec<D>&) { visit(node, n); });
+}
+template <int D, class F>
+ORDO_FLAT inline void visit_corner(std::ptrdiff_t node, const Lattice<D>&, F&& visit)
+{
+    visit(node, 1.0);
+}
+template <int D, int W>
+ORDO_FLAT inline void spread_corner(const Stencil<D, W>& s, const Lattice<D>& g, Lanes* nodes, const Lanes& charge)
+{
+    spread_value_axis<D - 1>(s, g, nodes + s.first, charge);
+}
+template <int D>
+ORDO_FLAT inline void spread_corner(std::ptrdiff_t node, const Lattice<D>&, Lanes* nodes, const Lanes& charge)
+{
+    nodes[node] += charge;
+}
+template <int D, int W>
+ORDO_FLAT inline Lanes value_at_corner(const Stencil<D, W>& s, const Lattice<D>& g, const Lanes* nodes)
+{
+    Lanes value{};
+    collect_value_axis<D - 1>(s, g, nodes + s.first, value);
+    return value;
+}
+template <int D>
+ORDO_FLAT inline Lanes value_at_corner(std::ptrdiff_t node, const Lattice<D>&, const Lanes* nodes)
+{
+    return nodes[node];
+}
+
 /// Domain `parallelepiped` (CPDI1): corners x_p + sum_d s_d r_d, s_d = -1 or 1, with half-edge vectors r_d.
 /// w_c = 2^-D; g_c = 2^-D sum_d s_d r^d with the dual vectors r^d . r_e = delta_de (Gong 2015, 6.27; errata 28).
 template <int D, class Basis>
@@ -82,9 +118,7 @@ struct Parallelepiped {
         for_each_corner(g, p, i, [&](int c, auto& s) {
             Vec<D> gc{};
             for (int d = 0; d < D; ++d) gc += sign(c, d) * column(dual, d);
-            for (auto& row : s.dw)
-                for (double& x : row) x = 0.0;
-            ordo::for_each_node(s, g, [&](std::ptrdiff_t node, double n, const Vec<D>&) { visit(node, w * n, n * gc); });
+            visit_corner(s, g, [&](std::ptrdiff_t node, double n) { visit(node, w * n, n * gc); });
         });
     }
 
@@ -134,8 +168,9 @@ static_assert(Shape<Parallelepiped<2, Hat>>);
 
 /// Domain `cell` (CPDI2, CPDI-T): a cell of a mesh whose corners are shared and move with the grid. Weights of the corners
 /// are integrals over the cell, or their mean (Sadeghirad et al. 2013); gradients are exact means. V_p is the volume of the
-/// cell: with J V0 uniform stress would leave forces inside.
-template <int D, class Basis, bool is_exact>
+/// cell: with J V0 uniform stress would leave forces inside. With `is_enriched` corners may be nodes of their own (Sadeghirad
+/// et al. 2013, sec. 4).
+template <int D, class Basis, bool is_exact, bool is_enriched = false>
 struct Cell {
     static constexpr int dim          = D;
     static constexpr int corner_count = 1 << D;
@@ -182,7 +217,22 @@ struct Cell {
         return x[0] + center;
     }
 
-    /// f(w_c, g_c, stencil) for each corner.
+    /// The node of an enriched corner for particle i, or -1: on a periodic axis particles that are a period apart meet in
+    /// images of it, for they may be in tiles of one colour.
+    ORDO_FLAT static std::ptrdiff_t own_node(const Lattice<D>& g, const ParticleView<D>& p, int i, int corner)
+    {
+        std::ptrdiff_t node = p.corner_node[p.cell[i][corner]];
+        if (node < 0 || !p.turns) return node;
+        std::ptrdiff_t images = p.enriched_count;
+        for (int a = 0; a < D; ++a) {
+            if (!g.periodic[a]) continue;
+            if (p.turns[i][a] & 1) node += images;
+            images *= 2;
+        }
+        return node;
+    }
+
+    /// f(w_c, g_c, place) for each corner; the place is a stencil or a node.
     template <class F>
     ORDO_FLAT static void for_each_corner(const Lattice<D>& g, const ParticleView<D>& p, int i, F&& f)
     {
@@ -190,6 +240,11 @@ struct Cell {
         get(g, p, i, x);
         const CellWeights<D> k = weights(p, i, x);
         for (int c = 0; c < k.count; ++c) {
+            if constexpr (is_enriched)
+                if (const std::ptrdiff_t own = own_node(g, p, i, c); own >= 0) {
+                    f(k.w[c], k.g[c], own);
+                    continue;
+                }
             Vec<D> y{};
             for (int a = 0; a < D; ++a) y[a] = g.cell_coordinate(a, x[c][a]);
             Stencil<D, Basis::width> s;
@@ -201,41 +256,36 @@ struct Cell {
     template <class Visit>
     ORDO_FLAT static void for_each_node(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes*, Visit&& visit)
     {
-        for_each_corner(g, p, i, [&](double w, const Vec<D>& gc, auto& s) {
-            for (auto& row : s.dw)
-                for (double& x : row) x = 0.0;
-            ordo::for_each_node(s, g, [&](std::ptrdiff_t node, double n, const Vec<D>&) { visit(node, w * n, n * gc); });
+        for_each_corner(g, p, i, [&](double w, const Vec<D>& gc, auto& place) {
+            visit_corner(place, g, [&](std::ptrdiff_t node, double n) { visit(node, w * n, n * gc); });
         });
     }
     ORDO_FLAT static void spread(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value,
                                  const Lanes (&flux)[D])
     {
-        for_each_corner(g, p, i, [&](double w, const Vec<D>& gc, const auto& s) {
+        for_each_corner(g, p, i, [&](double w, const Vec<D>& gc, const auto& place) {
             Lanes charge = value * w;
             for (int a = 0; a < D; ++a) charge += flux[a] * gc[a];
-            spread_value_axis<D - 1>(s, g, nodes + s.first, charge);
+            spread_corner(place, g, nodes, charge);
         });
     }
     ORDO_FLAT static void spread_value(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value)
     {
-        for_each_corner(
-            g, p, i, [&](double w, const Vec<D>&, const auto& s) { spread_value_axis<D - 1>(s, g, nodes + s.first, value * w); });
+        for_each_corner(g, p, i, [&](double w, const Vec<D>&, const auto& place) { spread_corner(place, g, nodes, value * w); });
     }
     ORDO_FLAT static void collect(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value,
                                   Lanes (&gradient)[D])
     {
-        for_each_corner(g, p, i, [&](double w, const Vec<D>& gc, const auto& s) {
-            Lanes u{};
-            collect_value_axis<D - 1>(s, g, nodes + s.first, u);
+        for_each_corner(g, p, i, [&](double w, const Vec<D>& gc, const auto& place) {
+            const Lanes u = value_at_corner(place, g, nodes);
             value += u * w;
             for (int a = 0; a < D; ++a) gradient[a] += u * gc[a];
         });
     }
     ORDO_FLAT static void collect_value(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value)
     {
-        for_each_corner(g, p, i, [&](double w, const Vec<D>&, const auto& s) {
-            Lanes u{};
-            collect_value_axis<D - 1>(s, g, nodes + s.first, u);
+        for_each_corner(g, p, i, [&](double w, const Vec<D>&, const auto& place) {
+            const Lanes u = value_at_corner(place, g, nodes);
             value += u * w;
         });
     }

@@ -20,6 +20,9 @@ Case bar_large_strain();
 Case bar_traction();
 Case two_disks();
 Case wall_rebound();
+Case bimaterial_bar();
+Case bimaterial_ring();
+Case bimaterial_sphere();
 Case reconstruction();
 Case dispersion();
 

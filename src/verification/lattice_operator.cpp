@@ -76,6 +76,9 @@ LatticeOperator<D>::LatticeOperator(const ParticleLattice& lattice)
     if (field_groups(model).corner_samples)
         throw InputError("samples corners with domains that are cells: corners have velocities of their own, which the map of "
                          "particles does not hold; use domain parallelepiped");
+    if (has_enrichment(model.method))
+        throw InputError("enriched corners: a periodic lattice of particles has no interface, and its seam would cut those of "
+                         "finite elements; use cpdi2");
     state_                = method_.start(plant_all(model, seeds_of<D>(lattice)));
     const Particles<D>& p = state_.particles;
     particles_            = p.count / static_cast<int>(std::lround(std::pow(cells_, D)));

@@ -43,6 +43,16 @@ Particles<D> plant_all(Problem<D>& problem)
 {
     Model<D>& model = problem.model;
     Particles<D> p  = ordo::plant_all(model, problem.seeds, problem.corners);
+    if (problem.body) {
+        for (int i = 0; i < p.count; ++i) {
+            p.body[i] = p.material[i] = problem.body(p.x[i]);
+            p.m[i]                    = model.materials[p.material[i]].density * p.V0[i];
+        }
+        enrich(model, p);
+    }
+    if (has_enrichment(model.method) && p.enriched.empty())
+        throw InputError("--method: the case has one body and so no interface that could be enriched; set method.enrichment=all "
+                         "or use cpdi2");
     if (model.tractions.empty()) return p;
     const CellMesh<D> mesh = mesh_of(model.method, problem.seeds, problem.corners);
     for (int t = 0; t < static_cast<int>(model.tractions.size()); ++t)
@@ -207,7 +217,7 @@ Row measure(const Problem<D>& given)
 }
 
 template <int D>
-Row watch(const Problem<D>& given)
+Row follow(const Problem<D>& given, const std::function<void(const State<D>&)>& see)
 {
     Row row = row_of(given);
     if (!row.failed.empty()) return row;
@@ -215,20 +225,31 @@ Row watch(const Problem<D>& given)
     Particles<D> particles = plant_all(problem);
     Explicit<D> method(problem.model);
     row.particles = particles.count;
-    set_velocities<D>(particles, 0, particles.count, problem.velocity, problem.model.h);
-    State<D> s         = method.start(std::move(particles));
-    const Totals first = totals(problem.model, s.particles);
-    const double size  = momentum_size(s.particles);
-    double largest = 0, strain = 0;
-    Totals last = first;
+    if (problem.velocity) set_velocities<D>(particles, 0, particles.count, problem.velocity, problem.model.h);
+    State<D> s = method.start(std::move(particles));
+    see(s);
     Recorder<D> recorder(problem, method, row);
-    advance(method, s, row, recorder, [&](const State<D>& now) {
-        last    = totals(problem.model, now.particles);
+    advance(method, s, row, recorder, see);
+    if (row.failed.empty()) recorder.finish(s);
+    return row;
+}
+
+template <int D>
+Row watch(const Problem<D>& problem)
+{
+    double largest = 0, strain = 0, size = -1;
+    Totals first, last;
+    Row row = follow<D>(problem, [&](const State<D>& now) {
+        last = totals(problem.model, now.particles);
+        if (size < 0) {  // the start
+            first = last;
+            size  = momentum_size(now.particles);
+            return;
+        }
         largest = std::max(largest, last.total_energy());
         strain  = std::max(strain, last.strain_energy);
     });
     if (!row.failed.empty()) return row;
-    recorder.finish(s);
     const double energy = first.total_energy();
     row.quantities      = {{"total_energy", last.total_energy() / energy},
                            {"largest_total_energy", largest / energy},
@@ -241,6 +262,8 @@ Row watch(const Problem<D>& given)
 template Row measure(const Problem<1>&);
 template Row measure(const Problem<2>&);
 template Row measure(const Problem<3>&);
+template Row follow(const Problem<2>&, const std::function<void(const State<2>&)>&);
+template Row follow(const Problem<3>&, const std::function<void(const State<3>&)>&);
 template Row watch(const Problem<2>&);
 
 }  // namespace ordo::verification

@@ -12,12 +12,20 @@
 
 namespace ordo::verification {
 
-/// A problem ready to run, its particles of material 0 given in the reference configuration.
+/// Numbers of a state that a case watches, by name.
+template <int D>
+struct Observed {
+    std::vector<std::string> names;
+    std::function<std::vector<double>(const State<D>&)> values;
+};
+
+/// A problem ready to run, its particles given in the reference configuration.
 template <int D>
 struct Problem {
     Model<D> model;
     std::vector<Seed<D>> seeds;
-    std::vector<CornerPoints<D>> corners;  ///< of the seeds' cells, where they are no parallelepipeds
+    std::vector<CornerPoints<D>> corners;      ///< of the seeds' cells, where they are no parallelepipeds
+    std::function<int(const Vec<D>& X)> body;  ///< of a particle, and its material; without it all are of body and material 0
     std::function<int(const Vec<D>& normal, const Vec<D>& center)> load;  ///< the traction of a face of the body, or -1
     double dt  = 0;                                                       ///< at most, s; steps are equal
     double end = 0;                                                       ///< s
@@ -27,7 +35,8 @@ struct Problem {
     bool is_reference = false;                      ///< the solution is a computed one, known at 0 and `end` only
     bool is_recorded  = false;                      ///< whether the row gets its tables
 
-    std::function<Vec<D>(const Vec<D>& X)> velocity;  ///< at the start, for `watch`, m/s
+    std::function<Vec<D>(const Vec<D>& X)> velocity;  ///< at the start, for `follow` and `watch`, m/s; without it none
+    Observed<D> observed;                             ///< what the history has besides
 };
 
 /// What all problems take from a request; the rest is the case's.
@@ -45,6 +54,10 @@ Problem<D> problem_of(const Request& r)
 /// Runs to the end. A run that fails is a row with its reason.
 template <int D>
 Row measure(const Problem<D>& problem);
+
+/// Runs without a solution; `see(s)` gets the state of the start and those after each step.
+template <int D>
+Row follow(const Problem<D>& problem, const std::function<void(const State<D>&)>& see);
 
 /// Runs without a solution and watches the sums over all particles: total energy at the end and its largest value over
 /// the first one, and the change of momentum over the first sum of m |v|.

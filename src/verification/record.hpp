@@ -35,6 +35,8 @@ double momentum_size_of_nodes(const State<D>& s)
         const Lanes& n = s.nodes[s.lattice.offset(at)];
         if (s.tiles.is_active(at) && n[NodeLane::mass] > 0) size += size_at(n);
     });
+    for (const int c : s.particles.enriched)
+        if (const std::ptrdiff_t own = s.particles.corner_node[c]; own >= 0) size += size_at(s.nodes[own]);
     return size;
 }
 
@@ -73,6 +75,7 @@ class Recorder {
                        "total_energy", "momentum_size", "grid_momentum_size"};
         for (int a = 0; a < D; ++a) names.push_back("momentum_" + axis_name(a));
         for (int a = 0; a < D; ++a) names.push_back("grid_momentum_" + axis_name(a));
+        names.insert(names.end(), problem.observed.names.begin(), problem.observed.names.end());
         if (!has_exact_) return;
         names.insert(names.end(), {"kinetic_energy_exact", "strain_energy_exact", "total_energy_exact", "momentum_size_exact"});
         for (int a = 0; a < D; ++a) names.push_back("momentum_" + axis_name(a) + "_exact");
@@ -89,6 +92,10 @@ class Recorder {
                                momentum_size(s.particles), momentum_size_of_nodes(s)});
         for (int a = 0; a < D; ++a) out.push_back(sums.momentum[a]);
         for (int a = 0; a < D; ++a) out.push_back(kept[a]);
+        if (!problem_.observed.names.empty()) {
+            const std::vector<double> own = problem_.observed.values(s);
+            out.insert(out.end(), own.begin(), own.end());
+        }
         if (has_exact_) add_exact(s);
     }
 

@@ -136,17 +136,11 @@ Resolved resolve_one(const Case& of, const Study& study)
     r.cells  = study.cells.empty() ? of.cells : study.cells;
     r.bars   = study.bars;
 
-    std::vector<std::string> names;
-    bool found = false;
-    for (const Preset& p : presets()) {
-        names.emplace_back(p.name);
-        if (p.name != study.method) continue;
-        r.request.method = p.spec;
-        found            = true;
-    }
-    if (!found)
+    const Preset* preset = find_preset(study.method);
+    if (!preset)
         throw InputError(
-            fmt::format("--method {}: there is no such preset. {}", study.method, io::suggestion(study.method, names)));
+            fmt::format("--method {}: there is no such preset. {}", study.method, io::suggestion(study.method, preset_names())));
+    r.request.method = preset->spec;
 
     for (const Parameter& p : of.parameters) r.request.values.set(p.name, p.value);
     for (const auto& [name, value] : study.set) {

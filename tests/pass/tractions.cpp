@@ -85,14 +85,10 @@ struct Loaded {
         for (const auto pass : {passes.project, passes.force})
             s.tiles.for_each_by_colour([&](const Tile& t) { pass(view, t.begin, t.end); });
         for (std::size_t n = 0; n < s.nodes.size(); ++n) {
-            const Index<D> at = s.lattice.index(static_cast<std::ptrdiff_t>(n));
-            Vec<D> f{}, x{};
-            for (int a = 0; a < D; ++a) {
-                f[a] = s.nodes[n][NodeLane::increment + a];
-                x[a] = s.lattice.node_position(a, at[a]);
-            }
+            Vec<D> f{};
+            for (int a = 0; a < D; ++a) f[a] = s.nodes[n][NodeLane::increment + a];
             force += f;
-            moment += outer(f, x);
+            moment += outer(f, test::place_of_node(s, n));
         }
     }
 };
@@ -120,7 +116,7 @@ void check_resultants(const MethodSpec& spec)
 /// Total force and its first moment, thus the torque, are those of the face, whatever basis and domain.
 TEST(Tractions, ForceAndMomentAreExact)
 {
-    test::for_each_spec(test::shapes(), [](const MethodSpec& spec) {
+    test::for_each_spec(test::all_shapes(), [](const MethodSpec& spec) {
         check_resultants<1>(spec);
         check_resultants<2>(spec);
         check_resultants<3>(spec);
@@ -144,7 +140,7 @@ TEST(Tractions, CornerDomainsTakeThemAtTheFace)
 /// A bar under equal dead pulls at both ends keeps its momentum; a single pull gives it what force and time say.
 TEST(Tractions, MomentumGrowsByTheForce)
 {
-    test::for_each_spec(test::shapes(), [](const MethodSpec& spec) {
+    test::for_each_spec(test::all_shapes(), [](const MethodSpec& spec) {
         Model<2> model = test::unit_box<2>(16, spec);
         model.tractions.push_back({.type = TractionType::dead, .value = {Field(2.0), Field(-1.0)}});
         const auto seeds = test::block(model, 0.4, 0.6, 2);

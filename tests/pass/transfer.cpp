@@ -58,7 +58,7 @@ void check_scatter(const MethodSpec& spec, double deformation)
     f.scatter_all(f.passes.project);
     f.scatter_more(f.passes.force);
     const ParticleView<D> p = f.s.particles.view();
-    Array<Lanes> naive(f.s.lattice.node_count());
+    Array<Lanes> naive(f.s.nodes.size());
     for (int i = 0; i < p.count; ++i)
         visit<D>(spec, f.s, p, i, [&](std::ptrdiff_t node, double w, const Vec<D>& dw) {
             const Vec<D> force = -p.V[i] * (p.sigma[i] * dw);
@@ -80,7 +80,7 @@ void check_scatter(const MethodSpec& spec, double deformation)
 
 TEST(Scatter, EqualsTheNaiveLoop)
 {
-    test::for_each_spec(test::shapes(), [](const MethodSpec& spec) {
+    test::for_each_spec(test::all_shapes(), [](const MethodSpec& spec) {
         check_scatter<1>(spec, 0.3);
         check_scatter<2>(spec, 0.3);
         check_scatter<3>(spec, 0.3);
@@ -108,7 +108,7 @@ TEST(Scatter, WideDomains)
         EXPECT_GE(f.s.tiles.halo(), f.s.reach);
         f.scatter_all(f.passes.project);
         const ParticleView<2> p = f.s.particles.view();
-        Array<Lanes> naive(f.s.lattice.node_count());
+        Array<Lanes> naive(f.s.nodes.size());
         for (int i = 0; i < p.count; ++i)
             visit<2>(spec, f.s, p, i,
                      [&](std::ptrdiff_t node, double w, const Vec<2>&) { naive[node][NodeLane::mass] += w * p.m[i]; });
@@ -118,7 +118,7 @@ TEST(Scatter, WideDomains)
 
 TEST(Scatter, SeparatePassesEqualTheFusedOne)
 {
-    test::for_each_spec(test::shapes(), [](const MethodSpec& spec) {
+    test::for_each_spec(test::all_shapes(), [](const MethodSpec& spec) {
         Fixture<2> f(spec);
         if (!f.passes.project_and_force) return;
         f.scatter_all(f.passes.project_and_force);
@@ -132,7 +132,7 @@ TEST(Scatter, SeparatePassesEqualTheFusedOne)
 
 TEST(Scatter, ForcesSumToZero)
 {
-    test::for_each_spec(test::shapes(), [](const MethodSpec& spec) {
+    test::for_each_spec(test::all_shapes(), [](const MethodSpec& spec) {
         Fixture<3> f(spec);
         f.scatter_all(f.passes.project);
         f.scatter_more(f.passes.force);
@@ -176,11 +176,15 @@ void check_gather(const MethodSpec& spec)
         v.push_back(vi);
         F.push_back((Mat<D>::identity() + dt * L) * p.F[i]);
     }
-    // A corner moves as a point does.
+    // A corner moves as a point does, an enriched one as the node that it is.
     Particles<D> point(1, {});
-    for (const Vec<D>& corner : f.s.particles.corner) {
-        Vec<D> at     = corner;
-        point.x[0]    = corner;
+    for (std::size_t c = 0; c < f.s.particles.corner.size(); ++c) {
+        Vec<D> at = point.x[0] = f.s.particles.corner[c];
+        if (p.corner_node && p.corner_node[c] >= 0) {
+            for (int a = 0; a < D; ++a) at[a] += dt * f.s.nodes[p.corner_node[c]][NodeLane::velocity + a];
+            corners.push_back(at);
+            continue;
+        }
         MethodSpec of = spec;
         of.domain     = Domain::point;
         visit<D>(of, f.s, point.view(), 0, [&](std::ptrdiff_t node, double w, const Vec<D>&) {
@@ -230,7 +234,7 @@ void check_gather(const MethodSpec& spec)
 
 TEST(Gather, EqualsTheNaiveLoop)
 {
-    test::for_each_spec(test::shapes(), [](const MethodSpec& spec) {
+    test::for_each_spec(test::all_shapes(), [](const MethodSpec& spec) {
         check_gather<1>(spec);
         check_gather<2>(spec);
         check_gather<3>(spec);
@@ -299,7 +303,7 @@ void check_threads(const MethodSpec& spec)
         set_thread_count(threads);
         Random random(3);
         const Explicit<D> method(test::unit_box<D>(D == 3 ? 12 : 32, spec));  // enough particles for threads to start
-        State<D> s = method.start(plant_all(method.model(), test::block(method.model(), 0.25, 0.75, 2)));
+        State<D> s = method.start(test::plant_halves(method.model(), test::block(method.model(), 0.25, 0.75, 2)));
         for (int i = 0; i < s.particles.count; ++i)
             for (int a = 0; a < D; ++a) s.particles.v[i][a] = 2 + test::uniform(random, -0.1, 0.1);
         for (int k = 0; k < 5; ++k) method.step(s, 0.2 * courant_time_step(method.model(), s.particles));
@@ -321,7 +325,7 @@ void check_threads(const MethodSpec& spec)
 }
 TEST(Threads, StepsAreIdenticalBitForBit)
 {
-    std::vector<MethodSpec> specs = test::shapes();
+    std::vector<MethodSpec> specs = test::all_shapes();
     for (const MethodSpec& spec : test::shapes()) {
         if (spec.domain != Domain::point && spec.domain != Domain::cell) continue;
         specs.push_back(spec);

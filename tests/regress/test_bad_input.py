@@ -139,6 +139,12 @@ CASE_FAULTS = [
     ("ddmpm with boxes", ["[method]\nbasis = 'ddmpm'\ndomain = @'box'\n"], "method.domain", "use basis hat"),
     ("weights of corners without cells", ["[method]\ncell_weights = @'mean'\n"], "method.cell_weights", "no cells"),
     ("stretch limit of points", ["[method]\npreset = 'mpm'\nstretch_limit = @2.0\n"], "method.stretch_limit", "do not stretch"),
+    ("enrichment without cells", ["[method]\nenrichment = @'all'\n"], "method.enrichment", "no corners that cells share"),
+    ("kept velocities without enrichment", ["[method]\npreset = 'cpdi2'\ncorner_velocity = @'kept'\n"], "method.corner_velocity", "only enriched corners"),
+    ("layers of another enrichment", ["[method]\npreset = 'cpdi2e'\nlayers = @3\n"], "method.layers", "set enrichment to layers"),
+    ("enrichment without an interface", ["[method]\npreset = @'cpdi2e'\n"], "method.preset", "no two bodies share a corner"),
+    ("interface without one", ["[method]\npreset = 'cpdi2'\nenrichment = @'interface'\n"], "method.enrichment", "no two bodies share a corner"),
+    ("point of the grid where nothing is on it", ["[method]\npreset = 'fem'\n", "[[probe]]\nname = 'p'\npoint = @0.5\n"], "probe[0].point", "particle"),
     ("splines and a plane inside the grid", ["[method]\npreset = 'bsmpm'\n", wall("x-min", "fixed") + "at = @0.1\n"], "boundary[0].at", "let the grid end there"),
     # tractions
     ("traction without a body", [traction("body = @'bodi 0'")], "traction[0].body", 'Did you mean "body 0"?'),

@@ -15,6 +15,8 @@ def run_case(test, name, *args, code=0):
     directory = tempfile.TemporaryDirectory()
     test.addCleanup(directory.cleanup)
     done = ordo("run", ROOT / "cases" / name / "case.toml", "--output", directory.name, "--quiet", *args, cwd=directory.name)
+    if "built without Gmsh" in done.stderr:
+        test.skipTest("this ordo was built without Gmsh")
     test.assertEqual(done.returncode, code, done.stderr)
     columns = {name: numpy.array(values) for name, values in history(directory.name).items()}
     return columns, pathlib.Path(directory.name), done
@@ -114,6 +116,55 @@ class Others(unittest.TestCase):
                 self.assertAlmostEqual(numpy.mean(numpy.diff(zeros)) / (2 * length / c), 1.0, delta=2e-3)
 
 
+class Bimaterial(unittest.TestCase):
+    """Two materials that meet inside cells of the grid: Sadeghirad et al. (2013), sec. 5; only conforming cells with enriched
+    corners have the stresses of finite elements there."""
+
+    def follow(self, case, preset, *args):
+        """Initial places and frames of a run."""
+        _, directory, _ = run_case(self, case, "--threads", "1", "--set", f"method.preset={preset}", *args)
+        data = [particle_data(read_vtk(frame)) for _, frame in frames(directory)]
+        return data[0]["position"], data
+
+    def test_bar_has_one_stress_at_the_interface(self):
+        ratio = {}
+        for preset in ("cpdi2", "cpdi2e", "fem"):
+            _, directory, _ = run_case(self, "bimaterial-bar", "--threads", "1", "--set", f"method.preset={preset}",
+                                       "--set", "output.history_interval=10")
+            B, C = (numpy.genfromtxt(directory / f"probe_{p}.csv", delimiter=",", names=True)["stress_yy"].mean() for p in "BC")
+            ratio[preset] = B / C
+        self.assertAlmostEqual(ratio["fem"], 1.1166, delta=0.002)  # one-dimensional reference
+        self.assertAlmostEqual(ratio["cpdi2e"], ratio["fem"], delta=0.01)
+        self.assertAlmostEqual(ratio["cpdi2"], 1.967, delta=0.01)
+
+    def test_ring_has_one_stress_around(self):
+        scatter = {}
+        for preset in ("cpdi2", "cpdi2e"):
+            place, data = self.follow("bimaterial-ring", preset, "--set", "time.dt=1e-5")
+            radius = numpy.linalg.norm(place, axis=1)
+            normal = place / radius[:, None]
+            stress = numpy.mean([numpy.einsum("pi,pij,pj->p", normal, d["stress"].reshape(-1, 3, 3), normal) for d in data], axis=0)
+            rows = [stress[(radius > low) & (radius < low + 0.025)] for low in (3.075, 3.1)]
+            self.assertEqual([len(row) for row in rows], [193, 193])
+            scatter[preset] = [row.std() for row in rows]
+            if preset == "cpdi2e":
+                for row, reference in zip(rows, (113.45, 112.16)):
+                    self.assertAlmostEqual(row.mean() / reference, 1.0, delta=0.05)
+        for plain, enriched in zip(scatter["cpdi2"], scatter["cpdi2e"]):
+            self.assertLess(enriched, plain / 5)
+
+    def test_sphere_has_the_stress_of_finite_elements(self):
+        stress = {}
+        for preset in ("fem", "cpdi2", "cpdi2e"):
+            place, data = self.follow("bimaterial-sphere", preset, "--set", "time.end=0.1", "--set", "output.interval=0.1")
+            near = numpy.abs(numpy.linalg.norm(place, axis=1) - 0.5) < 0.06
+            self.assertEqual(numpy.count_nonzero(near), 150)
+            stress[preset] = data[-1]["stress"].reshape(-1, 9)[near]
+        error = {preset: numpy.linalg.norm(s - stress["fem"]) / numpy.linalg.norm(stress["fem"]) for preset, s in stress.items()}
+        self.assertLess(error["cpdi2e"], error["cpdi2"] / 3)
+        self.assertLess(error["cpdi2e"], 0.1)
+
+
 class Documentation(unittest.TestCase):
     def test_reference_page_is_current(self):
         page = ordo("list", "input", cwd=ROOT).stdout
@@ -122,8 +173,9 @@ class Documentation(unittest.TestCase):
     def test_every_case_is_valid_and_described(self):
         for case in sorted((ROOT / "cases").iterdir()):
             with self.subTest(case.name):
-                self.assertEqual(ordo("check", case / "case.toml", cwd=ROOT).returncode, 0)
                 self.assertTrue((case / "README.md").exists() and (case / "figure.png").exists())
+                done = ordo("check", case / "case.toml", cwd=ROOT)
+                self.assertTrue(done.returncode == 0 or "built without Gmsh" in done.stderr, done.stderr)
 
 
 if __name__ == "__main__":

@@ -19,6 +19,8 @@ RING = gallery.Run("ring", "cpdi1,cpls", (10,), 4)
 VORTEX = gallery.Run("vortex", "mpm,cpdi1", (8,), 4, ("cfl=0.1",))
 WAVE = gallery.Run("bar-large-strain", "mpm,tls-bsmpm", (5,), 4, ("end=0.001",))
 TIMED = gallery.Run("vibration-1d", "cpdi1", (4, 8), 2, timed=True)
+HANGING = gallery.Run("bimaterial-bar", "cpdi2,fem", (1, 3), set=("end=0.02",))
+TURNING = gallery.Run("bimaterial-ring", "cpdi2", (20,), set=("end=1e-5",))
 DISKS = gallery.CaseRun("two-disks", ("time.end=0.05",))
 FIRST, SECOND = gallery.Style("first"), gallery.Style("second", gallery.BLUE, "s", "--")
 
@@ -29,12 +31,18 @@ FIGURES = {
     "all-errors": (gallery.all_errors_figure, [BAR], {"panels": [("cpls", [(BAR, "cpls", "-", "")])]}),
     "history": (gallery.history_figure, [BAR, DISKS], {"panels": [
         ("bar", "energy, J", [(BAR, "cpls", 8, "kinetic_energy", FIRST), (BAR, "cpls", 8, "kinetic_energy_exact", SECOND)]),
+        ("less exact", "difference, J", [(BAR, "cpls", 8, "kinetic_energy - kinetic_energy_exact", FIRST)]),
         ("disks", "energy, J", [(DISKS, "", 0, "total_energy", FIRST)])]}),
     "momentum": (gallery.momentum_figure, [RING], gallery.momenta("", "", "", RING, 10, 1).options),
     "map": (gallery.map_figure, [RING], {"names": ("displacement", "stress"), "panels": [(RING, "cpdi1", 10, "CPDI")], "first": 1}),
     "shapes": (gallery.configuration_figure, [VORTEX], {"panels": [(VORTEX, "mpm", 8, "points"), (VORTEX, "cpdi1", 8, "domains")]}),
     "speeds": (gallery.configuration_figure, [VORTEX], {"panels": [(VORTEX, "cpdi1", 8, "domains")], "value": True}),
     "stress": (gallery.stress_figure, [WAVE], {"panels": [("bar", [(WAVE, "mpm", FIRST), (WAVE, "tls-bsmpm", SECOND)])], "limits": (-1e4, 1e4)}),
+    "quantity": (gallery.convergence_figure, [HANGING], {"slopes": False, "panels": [[
+        ("displacement of A", "quantities", "displacement error", [(HANGING, "cpdi2", FIRST), (HANGING, "fem", SECOND)])]]}),
+    "profile": (gallery.profile_figure, [HANGING, TURNING], {"panels": [
+        ("bar", "y, m", gallery.stress_along_y, [(HANGING, "cpdi2", FIRST), (HANGING, "fem", SECOND)]),
+        ("ring", "angle, degrees", lambda p: gallery.radial_stress_around(p, 3.075, 3.1), [(TURNING, "cpdi2", FIRST)])]}),
     "times": (gallery.cost_figure, [TIMED], {"panels": [("a", "h", "per_step", [(TIMED, "cpdi1", FIRST)]), ("b", "seconds", "error", [(TIMED, "cpdi1", FIRST)])]}),
 }
 
@@ -85,10 +93,12 @@ class Gallery(InTemporaryDirectory):
         self.assertEqual(gallery.error_curve_of(study, "error", "displacement"), {"h": [], "error": [], "order": [], "failed": [0.125]})
 
     def test_histories_end_with_the_row(self):
-        last = self.draw("history")["bar"]
+        drawn = self.draw("history")
+        last = drawn["bar"]
         quantities = self.row(BAR, "cpls", 8)["quantities"]
         self.assertAlmostEqual(last["first"]["last"] / quantities["kinetic_energy"], 1, places=9)
         self.assertAlmostEqual(last["second"]["last"] / quantities["kinetic_energy_exact"], 1, places=9)
+        self.assertEqual(drawn["less exact"]["first"]["last"], last["first"]["last"] - last["second"]["last"])
         table = self.runner.results(BAR).table(self.row(BAR, "cpls", 8), "history")
         self.assertEqual(len(table["time"]), self.row(BAR, "cpls", 8)["steps"] + 1)
         self.assertAlmostEqual(table["grid_momentum_x"][-1] / quantities["momentum_grid_x"], 1, places=9)
@@ -105,6 +115,24 @@ class Gallery(InTemporaryDirectory):
 
     def test_stress_has_the_error_of_the_row(self):
         self.assertEqual(self.draw("stress")["bar"]["first"]["relative error"], self.row(WAVE, "mpm", 5)["error_relative"]["stress"])
+
+    def test_quantities_are_those_of_the_json(self):
+        curve = self.draw("quantity")["displacement of A"]["first"]
+        self.assertEqual(curve["error"], [self.row(HANGING, "cpdi2", n)["quantities"]["displacement error"] for n in (1, 3)])
+
+    def test_profiles_are_of_the_particles_on_the_line(self):
+        """Along the bar every particle from below; around the ring the 193 of a row, their radial stress that of the history."""
+        drawn = self.draw("profile")
+        p = self.runner.results(HANGING).table(self.row(HANGING, "cpdi2", 1), "particles")
+        self.assertEqual((drawn["bar"]["first"]["least"], drawn["bar"]["first"]["largest"]), (p["stress_yy"].min(), p["stress_yy"].max()))
+        y, stress = gallery.stress_along_y({name: values[::-1] for name, values in p.items()})
+        np.testing.assert_array_equal(np.diff(y), np.full(17, 0.5))
+        self.assertEqual(stress[0], p["stress_yy"][p["reference_y"] == 0.25])
+        row = self.row(TURNING, "cpdi2", 20)
+        angle, _ = gallery.radial_stress_around(self.runner.results(TURNING).table(row, "particles"), 3.075, 3.1)
+        np.testing.assert_allclose(angle, (np.arange(193) + 0.5) * 90 / 193, atol=1e-9)
+        history = self.runner.results(TURNING).table(row, "history")
+        self.assertAlmostEqual(drawn["ring"]["first"]["mean"] / history["stress_B"][-1], 1, places=9)
 
     def test_domains_meet(self):
         """Corners of neighbours in the undeformed bar are the same places; the domains fill it."""

@@ -90,6 +90,19 @@ inline std::vector<MethodSpec> shapes()
     return r;
 }
 
+/// The same and, where there are cells, with enriched corners.
+inline std::vector<MethodSpec> all_shapes()
+{
+    std::vector<MethodSpec> r = shapes();
+    for (const MethodSpec& s : shapes())
+        for (const Enrichment enrichment : {Enrichment::interface, Enrichment::all}) {
+            r.push_back(s);
+            r.back().enrichment = enrichment;
+            if (broken_rule(r.back())) r.pop_back();
+        }
+    return r;
+}
+
 /// The choices that differ from the default, for messages.
 inline std::string describe(const MethodSpec& s)
 {
@@ -127,6 +140,9 @@ void with_domain(const MethodSpec& s, F&& f)
     case Domain::parallelepiped: return f(ShapeType<Parallelepiped<D, Basis>>{});
     case Domain::cell:
     case Domain::simplex:
+        if (has_enrichment(s))
+            return s.weights == CornerWeights::exact ? f(ShapeType<Cell<D, Basis, true, true>>{})
+                                                     : f(ShapeType<Cell<D, Basis, false, true>>{});
         return s.weights == CornerWeights::exact ? f(ShapeType<Cell<D, Basis, true>>{}) : f(ShapeType<Cell<D, Basis, false>>{});
     }
 }
@@ -152,7 +168,7 @@ Model<D> unit_box(int cells, const MethodSpec& method)
     model.h         = Vec<D>::filled(1.0 / cells);
     model.cells     = Index<D>::filled(cells);
     model.materials = {{MaterialModel::neo_hookean, 1000.0, 577.0, 385.0}};
-    model.body_forces.resize(1);
+    model.body_forces.resize(2);  // of halves
     return model;
 }
 template <int D>
@@ -167,6 +183,40 @@ std::vector<Seed<D>> block(const Model<D>& model, double low, double high, int p
 {
     return fill_box(Bounds<D>{Vec<D>::filled(low), Vec<D>::filled(high)},
                     SubCells<D>{model.origin, model.h, Index<D>::filled(per_axis)});
+}
+
+/// Particles of the seeds, as two bodies that meet in the middle of the first axis: enrichment finds an interface.
+template <int D>
+Particles<D> plant_halves(const Model<D>& model, const std::vector<Seed<D>>& seeds)
+{
+    Particles<D> p = plant_all(model, seeds);
+    const auto [first, last] =
+        std::minmax_element(p.x.begin(), p.x.end(), [](const auto& x, const auto& y) { return x[0] < y[0]; });
+    const double middle = 0.5 * ((*first)[0] + (*last)[0]);
+    for (int i = 0; i < p.count; ++i) p.body[i] = p.x[i][0] > middle;
+    enrich(model, p);
+    return p;
+}
+
+/// Where record n of the nodes is: a node of the grid, of splines its Greville point, or an enriched corner.
+template <int D>
+Vec<D> place_of_node(const State<D>& s, std::size_t n)
+{
+    if (n >= s.lattice.node_count()) return s.particles.corner[s.particles.enriched[n - s.lattice.node_count()]];
+    const Index<D> at = s.lattice.index(static_cast<std::ptrdiff_t>(n));
+    Vec<D> x{};
+    for (int a = 0; a < D; ++a) x[a] = s.lattice.node_position(a, at[a]);
+    return x;
+}
+
+/// Every other corner becomes an enriched one, whatever the method chooses.
+template <int D>
+void enrich_every_other(Particles<D>& p)
+{
+    p.enriched      = Array<std::int32_t>(p.corner.size() / 2);
+    p.corner_planes = Array<std::uint64_t>(p.corner.size());
+    p.part_count    = 1;  // random cells lie on each other
+    for (std::size_t e = 0; e < p.enriched.size(); ++e) p.enriched[e] = static_cast<std::int32_t>(2 * e);
 }
 
 /// Domains follow F or their corners, which have changed; the reach is measured.
@@ -198,7 +248,9 @@ State<D> random_state(const Explicit<D>& method, int count, Random& random, doub
         }
         seeds.push_back(seed);
     }
-    State<D> s      = method.start(plant_all(model, seeds));
+    Particles<D> planted = plant_all(model, seeds);
+    if (has_enrichment(model.method)) enrich_every_other(planted);
+    State<D> s      = method.start(std::move(planted));
     Particles<D>& p = s.particles;
     for (Vec<D>& corner : p.corner)  // corners are h/2 apart
         for (int a = 0; a < D; ++a) corner[a] += uniform(random, -0.2, 0.2) * deformation * model.h[a];
