@@ -5,19 +5,13 @@ set -eu
 cd "$(dirname "$0")/.."
 python=${PYTHON:-/usr/bin/python3}
 
+preset=  # where set, the method of the run, and figure-PRESET.png is drawn
 draw() {  # NAME, then options of `ordo_figures.py snapshots`
     name=$1
     shift
-    out=build/cases/$name
-    build/release/ordo run "cases/$name/case.toml" --output "$out" --quiet
-    "$python" python/ordo_figures.py snapshots "$out" -o "cases/$name/figure.png" "$@"
-}
-draw_with() {  # PRESET NAME, then the same: figure-PRESET.png
-    preset=$1 name=$2
-    shift 2
-    out=build/cases/$name-$preset
-    build/release/ordo run "cases/$name/case.toml" --set "method.preset=$preset" --output "$out" --quiet
-    "$python" python/ordo_figures.py snapshots "$out" -o "cases/$name/figure-$preset.png" "$@"
+    out=build/cases/$name${preset:+-$preset}
+    build/release/ordo run "cases/$name/case.toml" ${preset:+--set "method.preset=$preset"} --output "$out" --quiet
+    "$python" python/ordo_figures.py snapshots "$out" -o "cases/$name/figure${preset:+-$preset}.png" "$@"
 }
 
 [ $# -gt 0 ] || set -- two-disks wall-rebound two-balls ball-on-wall cantilever vibrating-bar pressure-ring \
@@ -35,13 +29,13 @@ for case in "$@"; do
         set -- "$case" --times 0.08,0.16,0.34,0.53 --field stress_yy --limits=-20000,160000 --dim 3 --view=-90,90 \
             --curve probe_B.csv:stress_yy
         draw "$@"
-        draw_with cpdi2 "$@"
+        (preset=cpdi2; draw "$@")
         ;;
     bimaterial-ring) draw "$case" --times 0.003,0.006,0.0105 --field von_mises --curve probe_A.csv:displacement_x ;;
     bimaterial-sphere)
         set -- "$case" --times 0.1,0.15,0.2 --field von_mises --limits 0,150000 --view=-125,-25
         draw "$@"
-        draw_with cpdi2 "$@"
+        (preset=cpdi2; draw "$@")
         ;;
     *) echo "case_figures.sh: no figure is set up for $case" >&2; exit 2 ;;
     esac

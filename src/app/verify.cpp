@@ -43,10 +43,8 @@ std::pair<std::string, Value> parse_setting(const std::string& text)
 
 void require_preset(const std::string& method)
 {
-    std::vector<std::string> names;
-    for (const Preset& p : presets()) names.emplace_back(p.name);
-    if (std::find(names.begin(), names.end(), method) == names.end())
-        throw InputError(fmt::format("--method {}: there is no such preset. {}", method, io::suggestion(method, names)));
+    if (!find_preset(method))
+        throw InputError(fmt::format("--method {}: there is no such preset. {}", method, io::suggestion(method, preset_names())));
 }
 
 /// The studies to run. Those of the case, or of all cases, as they stand; with any of cells, ppc, set or a method for one

@@ -73,9 +73,7 @@ const Section<MethodInput>& method_section()
 {
     static const Section<MethodInput> s = [] {
         Section<MethodInput> r{.name = "method", .what = "A preset, and any axis to override it.", .keys = {}};
-        std::vector<std::string> names;
-        for (const Preset& p : presets()) names.emplace_back(p.name);
-        r.keys.push_back({&MethodInput::preset, {.name = "preset", .what = "a row of choices, see `ordo list methods`", .choices = names}});
+        r.keys.push_back({&MethodInput::preset, {.name = "preset", .what = "a row of choices, see `ordo list methods`", .choices = preset_names()}});
         for_each_method_axis([&](auto text, auto choice) {
             using E = decltype(choice_type(choice));
             r.keys.push_back({text, {.name = std::string(Axis<E>::key), .what = std::string(Axis<E>::what), .default_text = "of the preset", .choices = choice_names<E>()}});

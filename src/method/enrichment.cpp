@@ -199,6 +199,16 @@ double largest_row(const Mat<D>& S)
     return largest;
 }
 
+/// f(corner, its node) for each enriched corner that is a node in this step, in parallel.
+template <int D, class F>
+void for_each_own_node(const Particles<D>& p, F&& f)
+{
+    parallel_for_each(static_cast<std::ptrdiff_t>(p.enriched.size()), [&](std::ptrdiff_t e) {
+        const int c = p.enriched[e];
+        if (p.corner_node[c] >= 0) f(c, p.corner_node[c]);
+    });
+}
+
 }  // namespace
 
 template <int D>
@@ -275,11 +285,9 @@ template <int D>
 void constrain_enriched(const Model<D>& model, State<D>& s, Lanes* nodes, double t)
 {
     const Particles<D>& p = s.particles;
-    parallel_for_each(static_cast<std::ptrdiff_t>(p.enriched.size()), [&](std::ptrdiff_t e) {
-        const int c = p.enriched[e];
-        if (p.corner_node[c] < 0) return;
+    for_each_own_node(p, [&](int c, std::ptrdiff_t own) {
         const Vec<D> x     = s.lattice.inside_period(p.corner[c]);
-        Lanes& node        = nodes[p.corner_node[c]];
+        Lanes& node        = nodes[own];
         const Lanes before = node;
         for (std::size_t k = 0; k < model.boundaries.size(); ++k) {
             const Boundary<D>& b    = model.boundaries[k];
@@ -305,10 +313,8 @@ template <int D>
 void keep_velocities(State<D>& s, const Lanes* nodes)
 {
     Particles<D>& p = s.particles;
-    parallel_for_each(static_cast<std::ptrdiff_t>(p.enriched.size()), [&](std::ptrdiff_t e) {
-        const int c = p.enriched[e];
-        if (p.corner_node[c] < 0) return;
-        for (int a = 0; a < D; ++a) p.corner_velocity[c][a] = nodes[p.corner_node[c]][NodeLane::velocity + a];
+    for_each_own_node(p, [&](int c, std::ptrdiff_t own) {
+        for (int a = 0; a < D; ++a) p.corner_velocity[c][a] = nodes[own][NodeLane::velocity + a];
     });
 }
 
@@ -316,10 +322,8 @@ template <int D>
 void restore_momenta(const State<D>& s, Lanes* nodes)
 {
     const Particles<D>& p = s.particles;
-    parallel_for_each(static_cast<std::ptrdiff_t>(p.enriched.size()), [&](std::ptrdiff_t e) {
-        const int c = p.enriched[e];
-        if (p.corner_node[c] < 0) return;
-        Lanes& node = nodes[p.corner_node[c]];
+    for_each_own_node(p, [&](int c, std::ptrdiff_t own) {
+        Lanes& node = nodes[own];
         for (int a = 0; a < D; ++a) node[NodeLane::velocity + a] = node[NodeLane::mass] * p.corner_velocity[c][a];
     });
 }

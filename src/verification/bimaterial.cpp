@@ -3,8 +3,8 @@
 // elements on the same cells.
 #include "shape/cell_planting.hpp"
 #include "verification/cases.hpp"
+#include "verification/elastic.hpp"
 #include "verification/layered.hpp"
-#include "verification/measure.hpp"
 #include "verification/motions.hpp"
 #include "verification/sphere_mesh.hpp"
 
@@ -18,12 +18,19 @@ namespace {
 /// Neo-Hookean materials of bodies 0 and 1. The stiff one has Young's modulus `young`, the other so many times less.
 std::vector<Material> two_materials(bool first_is_stiff, double young, double contrast, double density)
 {
-    constexpr double nu = 0.3;
-    auto of             = [&](bool is_stiff) {
-        const double E = is_stiff ? young : young / contrast;
-        return Material{MaterialModel::neo_hookean, density, E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))};
+    auto of = [&](bool is_stiff) {
+        return elastic_material(MaterialModel::neo_hookean, density, is_stiff ? young : young / contrast, 0.3);
     };
     return {of(first_is_stiff), of(!first_is_stiff)};
+}
+
+/// Of the bar and the ring; the first of `parts` is the stiff one by default.
+std::vector<Parameter> layer_parameters(const std::vector<std::string>& parts, double dt, double end)
+{
+    return {{"stiff", parts[0], "the stiff part", 0, 0, parts},
+            {"contrast", 2.0, "ratio of Young's moduli", 0},
+            {"dt", dt, "time step, s", 0},
+            {"end", end, "end time, s", 0}};
 }
 
 /// The step of a reference with elements of this size: a whole part of `dt` that is stable.
@@ -364,10 +371,7 @@ Case bimaterial_bar()
             2,
             2,
             {1},
-            {{"stiff", "top", "the stiff part", 0, 0, {"top", "bottom"}},
-             {"contrast", 2.0, "ratio of Young's moduli", 0},
-             {"dt", 5e-5, "time step, s", 0},
-             {"end", 1.0, "end time, s", 0}},
+            layer_parameters({"top", "bottom"}, 5e-5, 1.0),
             hang,
             {// Negative control: corners of both materials spread to the nodes of one cell.
              study("cpdi2", "top", {ratio_in(1.957, 1.977), value_between("jump error", 1, 0.51, 0.54)}),
@@ -394,10 +398,7 @@ Case bimaterial_ring()
         2,
         2,
         {20},
-        {{"stiff", "inner", "the stiff part", 0, 0, {"inner", "outer"}},
-         {"contrast", 2.0, "ratio of Young's moduli", 0},
-         {"dt", 1e-6, "time step, s", 0},
-         {"end", 0.02, "end time, s", 0}},
+        layer_parameters({"inner", "outer"}, 1e-6, 0.02),
         spin,
         {study(1e-5, Study::quick),
          study(1e-6, Study::night),

@@ -23,11 +23,16 @@ inline std::vector<Parameter> elastic_parameters(std::vector<Parameter> own, dou
     return own;
 }
 
+/// The material of Young's modulus E and Poisson's ratio nu.
+inline Material elastic_material(MaterialModel model, double density, double E, double nu)
+{
+    return {model, density, E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))};
+}
 inline Material elastic_material(const Values& v)
 {
-    const double E = v.number("young"), nu = v.number("nu");
-    return {v.word("material") == "neo-hookean" ? MaterialModel::neo_hookean : MaterialModel::st_venant_kirchhoff,
-            v.number("density"), E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))};
+    const MaterialModel model =
+        v.word("material") == "neo-hookean" ? MaterialModel::neo_hookean : MaterialModel::st_venant_kirchhoff;
+    return elastic_material(model, v.number("density"), v.number("young"), v.number("nu"));
 }
 
 /// c = sqrt(E/rho0), m/s: the speed that frequencies and time steps of the papers refer to.
