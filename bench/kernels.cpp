@@ -1,6 +1,8 @@
-// The scatter and the gather of shapes in 3D, 8 particles a cell, sorted: ns per particle.
+// Passes alone in 3D, 8 particles a cell, sorted: the scatter and the gather of shapes, the fits of velocities and of cells.
+// ns per particle.
 #include "method/explicit.hpp"
 #include "method/planting.hpp"
+#include "method/reconstruction.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -52,9 +54,25 @@ void gather_all(benchmark::State& bench, const MethodSpec& spec)
     bench.SetItemsProcessed(bench.iterations() * view.p.count);
 }
 
-}  // namespace
+/// Nodes must have masses; that fits replace the momenta changes nothing for the next one.
+void fit_all_velocities(benchmark::State& bench, const MethodSpec& spec)
+{
+    Block b(spec);
+    const Sweep<3> view = b.sweep(0);
+    b.passes.project(view, 0, view.p.count);
+    for (auto _ : bench) fit_velocities(b.method.model(), b.passes.velocity_fit, b.s, view, view.nodes);
+    bench.SetItemsProcessed(bench.iterations() * view.p.count);
+}
 
-int main(int argc, char** argv)
+void fit_all_cells(benchmark::State& bench, const MethodSpec& spec)
+{
+    Block b(spec);
+    const Sweep<3> view = b.sweep(0);
+    for (auto _ : bench) fit_cells(b.method.model(), b.passes.cell_fit, b.s, view);
+    bench.SetItemsProcessed(bench.iterations() * view.p.count);
+}
+
+void register_shapes()
 {
     for (const auto& basis : Axis<Basis>::choices)
         for (const auto& domain : Axis<Domain>::choices) {
@@ -64,6 +82,25 @@ int main(int argc, char** argv)
             benchmark::RegisterBenchmark(("scatter/" + name).c_str(), scatter_all, spec);
             benchmark::RegisterBenchmark(("gather/" + name).c_str(), gather_all, spec);
         }
+}
+
+void register_fits()
+{
+    for (const Preset& preset : presets()) {
+        const std::string name(preset.name);
+        const Passes<3> passes = choose_passes<3>(preset.spec);
+        if (passes.velocity_fit.spread)
+            benchmark::RegisterBenchmark(("velocity_fit/" + name).c_str(), fit_all_velocities, preset.spec);
+        if (passes.cell_fit.spread) benchmark::RegisterBenchmark(("cell_fit/" + name).c_str(), fit_all_cells, preset.spec);
+    }
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    register_shapes();
+    register_fits();
     benchmark::Initialize(&argc, argv);
     benchmark::RunSpecifiedBenchmarks();
 }

@@ -1,22 +1,25 @@
+#include "app/bench_block.hpp"
+#include "app/ceilings.hpp"
 #include "app/commands.hpp"
-#include "base/array.hpp"
-#include "base/lanes.hpp"
+#include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "io/file.hpp"
-#include "io/schema.hpp"
-#include "method/explicit.hpp"
-#include "method/planting.hpp"
+#include "io/message.hpp"
+#include "io/method_names.hpp"
 #include "ordo_version.hpp"
-#include "particles/seeding.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
-#include <chrono>
-#include <cmath>
+#include <algorithm>
+#include <cstdio>
+#include <new>
 
 namespace ordo::app {
 
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 std::string build_flags()
 {
@@ -38,145 +41,267 @@ std::string build_flags()
     return flags;
 }
 
-void emit(const BenchOptions& options, const std::string& json, const std::string& text)
+/// A preset with what --set changed, in a dimension: what happened to it.
+struct Outcome {
+    std::string method;
+    std::vector<std::string> overrides;
+    BenchTask task;
+    std::string refused, failed;  ///< why; empty where it ran
+    Measurement m{};
+
+    bool has_run() const { return refused.empty() && failed.empty(); }
+};
+
+/// Shares of the ceilings; a particle-step's part of everything.
+struct Shares {
+    double rate, flops, bytes, of_peak, of_bandwidth;
+
+    Shares(const Measurement& m, const Ceilings& c)
+        : rate(m.particle_steps() / m.seconds),
+          flops(m.work.total().flops / m.particles),
+          bytes(m.work.total().bytes / m.particles),
+          of_peak(flops * rate / c.flops),
+          of_bandwidth(bytes * rate / c.bandwidth)
+    {}
+};
+
+std::string plural(int n, const std::string& what) { return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s"); }
+
+/// The seconds outside of all stages.
+double other_seconds(const Measurement& m)
 {
-    if (!options.json) {
+    double rest = m.seconds;
+    for (const double s : m.stages) rest -= s;
+    return std::max(rest, 0.0);  // medians of parts may pass the median of the whole
+}
+
+std::string title(const Outcome& o)
+{
+    std::string text = fmt::format("{} {}D", o.method, o.task.dim);
+    for (const std::string& s : o.overrides) text += " " + s;
+    return text;
+}
+
+// ---- JSON -----------------------------------------------------------------------------------------------------------------
+
+Json to_json(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+
+Json per_particle(const StepWork& work, int particles, double Work::*what)
+{
+    Json parts = Json::object();
+    for (int k = 0; k < StageTimes::count; ++k) parts[std::string(StageTimes::names[k])] = work.stages[k].*what / particles;
+    return parts;
+}
+
+Json to_json(const Outcome& o, const Ceilings& ceilings)
+{
+    const Measurement& m = o.m;
+    Json json            = {{"method", o.method}, {"dim", o.task.dim}, {"set", o.overrides}};
+    if (!o.refused.empty()) json["refused"] = o.refused;
+    if (!o.failed.empty()) json["failed"] = o.failed;
+    if (!o.has_run()) return json;
+    const Shares shares(m, ceilings);
+    Json ns = Json::object();
+    for (int k = 0; k < StageTimes::count; ++k) ns[std::string(StageTimes::names[k])] = 1e9 * m.stages[k] / m.particle_steps();
+    ns["other"] = 1e9 * other_seconds(m) / m.particle_steps();
+    json.update({{"particles", m.particles},
+                 {"cells_per_axis", m.cells_per_axis},
+                 {"courant_number", m.courant_number},
+                 {"steps", m.steps},
+                 {"repeats", o.task.repeats},
+                 {"threads", thread_count()},
+                 {"seconds", m.seconds},
+                 {"particle_steps_per_second", shares.rate},
+                 {"ns_per_particle", ns},
+                 {"bytes_per_particle", static_cast<long>(m.bytes_per_particle)},
+                 {"resident_bytes_per_particle", to_json(m.resident_bytes)},
+                 {"setup_bytes_per_particle", to_json(m.setup_bytes)},
+                 {"node_visits_per_particle", m.work.visits / m.particles},
+                 {"mass_solves_per_step", m.mass_solves},
+                 {"mass_iterations_per_step", m.mass_iterations},
+                 {"flops_per_particle_step", shares.flops},
+                 {"traffic_bytes_per_particle_step", shares.bytes},
+                 {"flops_per_particle", per_particle(m.work, m.particles, &Work::flops)},
+                 {"traffic_bytes_per_particle", per_particle(m.work, m.particles, &Work::bytes)},
+                 {"peak_gflops", ceilings.flops * 1e-9},
+                 {"bandwidth_gb_per_second", ceilings.bandwidth * 1e-9},
+                 {"share_of_peak_flops", shares.of_peak},
+                 {"share_of_bandwidth", shares.of_bandwidth},
+                 {"version", ORDO_VERSION},
+                 {"commit", ORDO_COMMIT},
+                 {"build", build_flags()}});
+    return json;
+}
+
+void write_json(const std::string& file, const Json& json)
+{
+    const std::string text = json.dump(1) + "\n";
+    if (file == "-") {
         fmt::print("{}", text);
-    } else if (*options.json == "-") {
-        fmt::print("{}", json);
-    } else {
-        io::AtomicFile file(*options.json);
-        file.write(json);
-        file.commit();
+        return;
     }
+    io::AtomicFile out(file);
+    out.write(text);
+    out.commit();
 }
 
-double seconds_since(std::chrono::steady_clock::time_point begin)
+// ---- text -----------------------------------------------------------------------------------------------------------------
+
+std::string bytes_text(const std::optional<double>& bytes) { return bytes ? fmt::format("{:.0f}", *bytes) : "-"; }
+
+std::string machine_text(const Ceilings& c)
 {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return fmt::format("{}: {:.1f} Gflop/s of fused multiply-adds, {:.1f} GB/s (triad, three streams)\n{}\n",
+                       plural(thread_count(), "thread"), c.flops * 1e-9, c.bandwidth * 1e-9, build_flags());
 }
 
-/// A block of 3/4 of a unit box, 2^D particles a cell, vibrating a little: the problem of the project's speed targets.
-template <int D>
-int bench_method(const BenchOptions& options, const MethodSpec& spec)
+/// All about one method.
+std::string page(const Outcome& o, const Ceilings& ceilings)
 {
-    const double per_axis = std::pow(options.particles, 1.0 / D) / 2;  // cells along a side of the block
-    const int n           = std::max(8, static_cast<int>(std::lround(per_axis / 0.75 / 8)) * 8);
-    const double h        = 1.0 / n;
-    const double E = 1e6, nu = 0.3;
-    Model<D> model{};
-    model.method    = spec;
-    model.h         = Vec<D>::filled(h);
-    model.cells     = Index<D>::filled(n);
-    model.materials = {{MaterialModel::neo_hookean, 1e3, E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))}};
-    model.body_forces.resize(2);
-
-    const int low    = n / 8;
-    const auto seeds = fill_box(Bounds<D>{Vec<D>::filled(low * h), Vec<D>::filled((n - low) * h)},
-                                SubCells<D>{Vec<D>{}, model.h, Index<D>::filled(2)});
-    Particles<D> p   = plant_all(model, seeds);
-    for (int i = 0; i < p.count; ++i) {
-        p.v[i][0] = 0.01 * std::sin(6 * p.x[i][0]);
-        p.body[i] = p.x[i][0] > 0.5;  // bodies meet where enrichment wants an interface
-    }
-    enrich(model, p);
-    Explicit<D> method(std::move(model));
-    State<D> s      = method.start(std::move(p));
-    const double dt = 0.2 * h / std::sqrt(E / 1e3);
-    method.step(s, dt);  // touches all memory
-    StageTimes times;
-    method.measure(&times);
-    const auto begin = std::chrono::steady_clock::now();
-    for (int k = 0; k < options.steps; ++k) method.step(s, dt);
-    const double seconds = seconds_since(begin);
-
-    const double work       = static_cast<double>(s.particles.count) * options.steps;
-    const std::size_t bytes = s.particles.bytes_per_particle();
-    double named            = 0;
-    std::string json =
-        fmt::format("{{\"method\": \"{}\", \"dim\": {}, \"particles\": {}, \"cells_per_axis\": {}, \"steps\": {}, \"threads\": "
-                    "{},\n \"seconds\": {}, \"particle_steps_per_second\": {},\n \"ns_per_particle\": {{",
-                    options.method, D, s.particles.count, n, options.steps, thread_count(), seconds, work / seconds);
-    std::string text =
-        fmt::format("{} {}D: {} particles, {} steps, {} thread{}: {:.3g} M particle-steps/s\n", options.method, D,
-                    s.particles.count, options.steps, thread_count(), thread_count() > 1 ? "s" : "", work / seconds / 1e6);
-    for (int k = 0; k < StageTimes::count; ++k) {
-        named += times.seconds[k];
-        json += fmt::format("\"{}\": {}, ", StageTimes::names[k], 1e9 * times.seconds[k] / work);
-        text += fmt::format("  {:<8} {:7.1f} ns per particle\n", StageTimes::names[k], 1e9 * times.seconds[k] / work);
-    }
-    json += fmt::format(
-        "\"other\": {}}},\n \"bytes_per_particle\": {}, \"version\": \"{}\", \"commit\": \"{}\", \"build\": \"{}\"}}\n",
-        1e9 * (seconds - named) / work, bytes, ORDO_VERSION, ORDO_COMMIT, build_flags());
-    text += fmt::format("  {:<8} {:7.1f} ns per particle\n  {} bytes per particle; {}\n", "other", 1e9 * (seconds - named) / work,
-                        bytes, build_flags());
-    emit(options, json, text);
-    return 0;
+    const Measurement& m = o.m;
+    const Shares shares(m, ceilings);
+    std::string text = fmt::format("{}: {} particles, {}{}, {}: {:.3g} M particle-steps/s\n", title(o), m.particles,
+                                   plural(m.steps, "step"), o.task.repeats > 1 ? fmt::format(" {} times", o.task.repeats) : "",
+                                   plural(thread_count(), "thread"), shares.rate / 1e6);
+    text += "  per particle and step      ns     flop    bytes\n";
+    const double ns = 1e9 / m.particle_steps();
+    for (int k = 0; k < StageTimes::count; ++k)
+        text += fmt::format("  {:<18} {:10.1f} {:8.0f} {:8.0f}\n", StageTimes::names[k], m.stages[k] * ns,
+                            m.work.stages[k].flops / m.particles, m.work.stages[k].bytes / m.particles);
+    text += fmt::format("  {:<18} {:10.1f}\n", "other", other_seconds(m) * ns);
+    text += fmt::format("  {:<18} {:10.1f} {:8.0f} {:8.0f}\n", "all", m.seconds * ns, shares.flops, shares.bytes);
+    text += fmt::format("  {:.0f} % of the peak of {:.1f} Gflop/s, {:.0f} % of the bandwidth of {:.1f} GB/s\n",
+                        100 * shares.of_peak, ceilings.flops * 1e-9, 100 * shares.of_bandwidth, ceilings.bandwidth * 1e-9);
+    text += fmt::format("  {:.0f} bytes per particle in arrays; resident at most {}, until set up {}\n", m.bytes_per_particle,
+                        bytes_text(m.resident_bytes), bytes_text(m.setup_bytes));
+    if (m.mass_solves > 0)
+        text += fmt::format("  mass matrix: {:.3g} iterations a solve, {:.3g} solves a step\n", m.mass_iterations / m.mass_solves,
+                            m.mass_solves);
+    return text + "  " + build_flags() + "\n";
 }
 
-/// Peak of fused multiply-adds and bandwidth of a triad, over all threads.
+constexpr auto kHeader = "method        dim  particles  steps  M steps/s  ns: scatter       fit     nodes    gather  resident    "
+                         "flop    bytes  % peak  "
+                         "% bandwidth\n";
+
+/// One line about one method.
+std::string row(const Outcome& o, const Ceilings& ceilings)
+{
+    const std::string name = fmt::format("{:<13} {:3}  ", o.method, o.task.dim);
+    if (!o.refused.empty()) return name + "refused: " + o.refused + "\n";
+    if (!o.failed.empty()) return name + "failed: " + o.failed + "\n";
+    const Measurement& m = o.m;
+    const Shares shares(m, ceilings);
+    auto ns = [&](StageTimes::Stage stage) { return 1e9 * m.stages[stage] / m.particle_steps(); };
+    return name + fmt::format("{:9}  {:5}  {:9.3g}  {:11.1f} {:9.1f} {:9.1f} {:9.1f} {:>9} {:7.0f} {:8.0f} {:7.1f} {:12.1f}\n",
+                              m.particles, m.steps, shares.rate / 1e6, ns(StageTimes::scatter), ns(StageTimes::fit),
+                              ns(StageTimes::nodes), ns(StageTimes::gather), bytes_text(m.resident_bytes), shares.flops,
+                              shares.bytes, 100 * shares.of_peak, 100 * shares.of_bandwidth);
+}
+
+void print(const std::string& text)
+{
+    fmt::print("{}", text);
+    std::fflush(stdout);
+}
+
+// ---- the command ----------------------------------------------------------------------------------------------------------
+
+/// The preset with the axes of --set, which may be written method.AXIS as for the other commands.
+Outcome choose(const BenchOptions& options, const std::string& method, int dim, const BenchTask& task)
+{
+    Outcome o{.method = method, .overrides = options.overrides, .task = task, .refused = {}, .failed = {}};
+    o.task.dim    = dim;
+    o.task.method = io::preset_called(method).spec;
+    for (const std::string& text : options.overrides) {
+        auto [key, value]          = parse_setting(text);
+        const bool is_qualified    = key.starts_with("method.");
+        const std::string& at_axis = is_qualified ? key.substr(7) : key;
+        io::set_axis(o.task.method, is_qualified ? "--set method." : "--set ", at_axis, value);
+    }
+    return o;
+}
+
+void run(Outcome& o)
+{
+    try {
+        io::require_allowed(o.method, o.task.method);
+        o.m = run_bench(o.task);
+    } catch (const InputError& e) {
+        o.refused = e.what();
+    } catch (const NumericalError& e) {
+        o.failed = e.what();
+    } catch (const std::bad_alloc&) {
+        o.failed = "out of memory; use fewer particles";
+    }
+}
+
 int bench_machine(const BenchOptions& options)
 {
-    const int threads = thread_count();
-    // Independent chains hide the latency of the multiply-add.
-    constexpr int chains = 12;
-    constexpr long turns = 20'000'000;
-    std::vector<double> sums(static_cast<std::size_t>(threads));
-    auto begin = std::chrono::steady_clock::now();
-    parallel_for(threads, [&](std::ptrdiff_t t) {
-        Lanes x[chains];
-        for (int c = 0; c < chains; ++c) x[c] = make_lanes(c, 1, 2, 3, 4, 5, 6, 7);
-        const Lanes a = make_lanes(1, 2, 3, 4, 5, 6, 7, 8);
-        for (long k = 0; k < turns; ++k)
-            for (Lanes& l : x) l = a + l * 0.999;
-        for (const Lanes& l : x) sums[static_cast<std::size_t>(t)] += l[0];
-    });
-    const double gflops = 2.0 * 8 * chains * turns * threads / seconds_since(begin) * 1e-9;
-
-    constexpr std::ptrdiff_t n = 1 << 25;
-    Array<double> a(n), b(n), c(n);
-    auto triad = [&] { parallel_for_each(n, [&](std::ptrdiff_t i) { a[i] = b[i] + 3.0 * c[i]; }); };
-    triad();
-    double best = 0;
-    for (int k = 0; k < 5; ++k) {
-        begin = std::chrono::steady_clock::now();
-        triad();
-        best = std::max(best, 3.0 * 8 * n / seconds_since(begin) * 1e-9);
-    }
-    const bool finite = std::isfinite(sums[0]);
-    emit(options,
-         fmt::format("{{\"threads\": {}, \"peak_gflops\": {}, \"bandwidth_gb_per_second\": {}, \"build\": \"{}\"}}\n", threads,
-                     gflops, best, build_flags()),
-         fmt::format("{} thread{}: {:.1f} Gflop/s of fused multiply-adds{}, {:.1f} GB/s (triad)\n{}\n", threads,
-                     threads > 1 ? "s" : "", gflops, finite ? "" : " (overflow)", best, build_flags()));
+    const Ceilings c = measure_ceilings();
+    if (options.json)
+        write_json(*options.json, {{"threads", thread_count()},
+                                   {"peak_gflops", c.flops * 1e-9},
+                                   {"bandwidth_gb_per_second", c.bandwidth * 1e-9},
+                                   {"build", build_flags()}});
+    else
+        print(machine_text(c));
     return 0;
+}
+
+int bench_one(const BenchOptions& options)
+{
+    const BenchTask task{.method    = {},
+                         .dim       = 3,
+                         .particles = options.particles.value_or(1'000'000),
+                         .steps     = options.steps.value_or(20),
+                         .repeats   = options.repeats};
+    Outcome o = choose(options, options.method.value_or("mpm"), options.dim.value_or(3), task);
+    run(o);
+    if (!o.refused.empty()) throw InputError(o.refused);
+    if (!o.failed.empty()) throw NumericalError(o.failed);
+    const Ceilings ceilings = measure_ceilings();  // afterwards: its arrays are no memory of the method
+    if (options.json)
+        write_json(*options.json, to_json(o, ceilings));
+    else
+        print(page(o, ceilings));
+    return 0;
+}
+
+int bench_all(const BenchOptions& options)
+{
+    const BenchTask task{.method    = {},
+                         .dim       = 3,
+                         .particles = options.particles.value_or(200'000),
+                         .steps     = options.steps,
+                         .repeats   = options.repeats};
+    std::vector<Outcome> outcomes;
+    for (const int dim : options.dim ? std::vector{*options.dim} : std::vector{2, 3})
+        for (const std::string& method : preset_names()) outcomes.push_back(choose(options, method, dim, task));
+    const Ceilings ceilings = measure_ceilings();
+    const bool is_text      = !options.json;
+    if (is_text) print(machine_text(ceilings) + kHeader);
+    Json json    = Json::array();
+    int failures = 0;
+    for (Outcome& o : outcomes) {
+        run(o);
+        failures += !o.failed.empty();
+        json.push_back(to_json(o, ceilings));
+        if (is_text) print(row(o, ceilings));
+    }
+    if (!is_text) write_json(*options.json, json);
+    if (failures > 0) io::say("ordo: {} of {} runs failed\n", failures, outcomes.size());
+    return failures > 0 ? 1 : 0;
 }
 
 }  // namespace
-
-void require_writable_file(const std::string& option, const std::string& path)
-{
-    if (path.empty()) throw InputError(option + ": the name of the file is empty");
-    try {
-        io::AtomicFile probe(path);
-    } catch (const OutputError& e) {
-        throw InputError(option + " " + e.what());
-    }
-}
 
 int bench(const BenchOptions& options)
 {
     if (options.json && *options.json != "-") require_writable_file("--json", *options.json);
     if (options.machine) return bench_machine(options);
-    const Preset* preset = find_preset(options.method);
-    if (!preset)
-        throw InputError("--method " + options.method + ": there is no such preset. " +
-                         io::suggestion(options.method, preset_names()));
-    switch (options.dim) {
-    case 1: return bench_method<1>(options, preset->spec);
-    case 2: return bench_method<2>(options, preset->spec);
-    default: return bench_method<3>(options, preset->spec);
-    }
+    if (options.all && options.method) throw InputError("--all runs every preset; leave out --method");
+    return options.all ? bench_all(options) : bench_one(options);
 }
 
 }  // namespace ordo::app

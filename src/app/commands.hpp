@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace ordo::app {
@@ -38,19 +39,25 @@ struct VerifyOptions {
 /// Runs verification cases and judges them by their bars; 1 when a bar is missed.
 int verify(const VerifyOptions& options);
 
+/// The two sides of `--set key=value`. Throws InputError.
+std::pair<std::string, std::string> parse_setting(const std::string& text);
+
 /// Throws InputError where a file cannot be written, before minutes are spent. `option` is named in the message.
 void require_writable_file(const std::string& option, const std::string& path);
 
 struct BenchOptions {
-    bool machine       = false;
-    int dim            = 3;
-    std::string method = "mpm";
-    int particles      = 1'000'000;
-    int steps          = 20;
+    bool machine = false;
+    bool all     = false;                ///< every preset
+    std::optional<int> dim;              ///< 3; with `all` 2 and 3
+    std::optional<std::string> method;   ///< mpm
+    std::vector<std::string> overrides;  ///< key=value
+    std::optional<int> particles;        ///< 1e6; with `all` 2e5
+    std::optional<int> steps;            ///< 20; with `all` as many as take about two seconds
+    int repeats = 1;
     std::optional<std::string> json;  ///< file, or - for stdout
 };
 
-/// Times a block of neo-Hookean material, or the machine.
+/// Times a block of neo-Hookean material, of one method or of all, or the machine; 1 when a run failed.
 int bench(const BenchOptions& options);
 
 }  // namespace ordo::app

@@ -106,10 +106,19 @@ int dispatch(int argc, char** argv)
     CLI::App* bench = cli.add_subcommand("bench", "particle-steps per second on a block of neo-Hookean material");
     bench->add_flag("--machine", bench_options.machine,
                     "measure the peak of fused multiply-adds and the memory bandwidth instead");
-    bench->add_option("--dim", bench_options.dim, "dimensions")->check(CLI::Range(1, 3));
-    bench->add_option("--method", bench_options.method, "preset");
-    bench->add_option("--particles", bench_options.particles, "about how many")->check(CLI::Range(1, 2'000'000'000));
-    bench->add_option("--steps", bench_options.steps, "steps to time")->check(CLI::Range(1, 1'000'000'000));
+    bench->add_flag("--all", bench_options.all, "every preset, in 2D and 3D (minutes)");
+    bench->add_option("--dim", bench_options.dim, "dimensions; 3 without it")->check(CLI::Range(1, 3));
+    bench->add_option("--method", bench_options.method, "preset; mpm without it");
+    bench->add_option("--set", bench_options.overrides, "set an axis of the preset, key=value; may be repeated")
+        ->allow_extra_args(false);
+    bench->add_option("--particles", bench_options.particles, "about how many; 1000000 without it, 200000 with --all")
+        ->check(CLI::Range(1, 2'000'000'000));
+    bench
+        ->add_option("--steps", bench_options.steps,
+                     "steps to time; 20 without it, with --all as many of these as two seconds allow")
+        ->check(CLI::Range(1, 1'000'000'000));
+    bench->add_option("--repeat", bench_options.repeats, "times to time them; the medians are reported")
+        ->check(CLI::Range(1, 1'000'000));
     bench->add_option("--json", json, "write JSON to a file, or to stdout with -");
     with_threads(bench);
     bench->callback([&] {

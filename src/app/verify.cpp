@@ -2,6 +2,7 @@
 #include "base/error.hpp"
 #include "io/file.hpp"
 #include "io/message.hpp"
+#include "io/method_names.hpp"
 #include "io/schema.hpp"
 #include "verification/report.hpp"
 
@@ -34,24 +35,11 @@ const Case& find_case(const std::string& name)
     throw InputError(fmt::format("{}: there is no such verification case. {}", name, io::suggestion(name, names)));
 }
 
-std::pair<std::string, Value> parse_setting(const std::string& text)
-{
-    const std::size_t at = text.find('=');
-    if (at == std::string::npos || at == 0) throw InputError(fmt::format("--set {}: it must read key=value", text));
-    return {text.substr(0, at), text.substr(at + 1)};
-}
-
-void require_preset(const std::string& method)
-{
-    if (!find_preset(method))
-        throw InputError(fmt::format("--method {}: there is no such preset. {}", method, io::suggestion(method, preset_names())));
-}
-
 /// The studies to run. Those of the case, or of all cases, as they stand; with any of cells, ppc, set or a method for one
 /// case, one study a method with what was asked for and the defaults of the case.
 std::vector<Resolved> choose_studies(const VerifyOptions& options)
 {
-    for (const std::string& m : options.methods) require_preset(m);
+    for (const std::string& m : options.methods) io::preset_called(m);
     for (std::size_t k = 1; k < options.cells.size(); ++k)
         if (options.cells[k] <= options.cells[k - 1])
             throw InputError(
@@ -79,7 +67,7 @@ std::vector<Resolved> choose_studies(const VerifyOptions& options)
             methods.push_back(s.method);
     for (const std::string& m : methods) {
         Study study{.method = m, .ppc = options.ppc.value_or(0), .set = {}, .cells = options.cells, .bars = {}};
-        for (const std::string& text : options.overrides) study.set.push_back(parse_setting(text));
+        for (const std::string& text : options.overrides) study.set.emplace_back(parse_setting(text));
         studies.push_back(resolve(c, study));
     }
     return studies;

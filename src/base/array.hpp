@@ -5,12 +5,53 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <limits>
 #include <memory>
 #include <new>
 #include <type_traits>
 #include <utility>
 
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
 namespace ordo {
+
+/// Gives memory back to the system, or to the heap where nothing of it is mapped.
+struct ReleaseMemory {
+    std::size_t mapped = 0;  ///< bytes
+
+    void operator()(void* p) const
+    {
+#if defined(__linux__)
+        if (mapped > 0) {
+            munmap(p, mapped);
+            return;
+        }
+#endif
+        std::free(p);
+    }
+};
+using Memory = std::unique_ptr<void, ReleaseMemory>;
+
+/// Zeroed bytes that cost what is touched of them. Throws std::bad_alloc.
+inline Memory make_memory(std::size_t bytes)
+{
+#if defined(__linux__)
+    // By default Linux refuses an allocation larger than memory and swap together, however little of it would be touched;
+    // not so without reserve. Below 32 MiB the heap may use again what was touched before, instead of new pages.
+    constexpr std::size_t large = std::size_t{32} << 20;
+    if (bytes >= large) {
+        void* p = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+        if (p == MAP_FAILED) throw std::bad_alloc();
+        return Memory(p, {bytes});
+    }
+#endif
+    // calloc maps untouched zero pages for large sizes; aligned_alloc would have to write them.
+    Memory memory(std::calloc(bytes, 1));
+    if (!memory) throw std::bad_alloc();
+    return memory;
+}
 
 /// An owned array of `size()` elements, zero at construction.
 template <class T>
@@ -22,10 +63,9 @@ class Array {
     explicit Array(std::size_t n) : size_(n)
     {
         if (n == 0) return;
-        // calloc maps untouched zero pages for large sizes; aligned_alloc would have to write them.
         constexpr std::size_t line = 64;
-        memory_.reset(std::calloc(n * sizeof(T) + line, 1));
-        if (!memory_) throw std::bad_alloc();
+        if (n > (std::numeric_limits<std::size_t>::max() - line) / sizeof(T)) throw std::bad_alloc();
+        memory_            = make_memory(n * sizeof(T) + line);
         const auto address = reinterpret_cast<std::uintptr_t>(memory_.get());
         data_              = reinterpret_cast<T*>((address + line - 1) / line * line);
     }
@@ -51,10 +91,7 @@ class Array {
     }
 
   private:
-    struct Free {
-        void operator()(void* p) const { std::free(p); }
-    };
-    std::unique_ptr<void, Free> memory_;
+    Memory memory_;
     T* data_          = nullptr;
     std::size_t size_ = 0;
 };

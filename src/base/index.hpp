@@ -22,12 +22,24 @@ struct IndexBox {
         return {center + Index<D>::filled(-reach), center + Index<D>::filled(reach + 1)};
     }
 
+    bool is_empty() const
+    {
+        for (int a = 0; a < D; ++a)
+            if (lo[a] >= hi[a]) return true;
+        return false;
+    }
+    bool contains(const Index<D>& k) const
+    {
+        for (int a = 0; a < D; ++a)
+            if (k[a] < lo[a] || k[a] >= hi[a]) return false;
+        return true;
+    }
+
     /// f(k) for each index of the box, the first axis fastest.
     template <class F>
     void for_each(F&& f) const
     {
-        for (int a = 0; a < D; ++a)
-            if (lo[a] >= hi[a]) return;
+        if (is_empty()) return;
         Index<D> k = lo;
         for (;;) {
             f(k);

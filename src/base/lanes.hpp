@@ -1,16 +1,29 @@
-// Eight doubles that are added and scaled together: one node record, one cache line.
+// Eight doubles that are added and scaled together: one node record, one cache line; or one number of eight particles, when
+// Lanes is the scalar of Vec and Mat.
 // One AVX-512 register, or two halves of 32 bytes where the machine is narrower: left to itself the compiler splits
 // 64-byte vectors badly (a seventh of the speed on AVX2). Plain loops on a device.
 #pragma once
 
 #include "base/config.hpp"
 
+#include <cmath>
+
+#if !defined(__CUDACC__) && defined(__AVX2__)
+#include <immintrin.h>
+#endif
+
 namespace ordo {
+
+using std::fabs;  // beside that of eight numbers
 
 #if !defined(__CUDACC__) && defined(__AVX512F__)
 struct alignas(64) Lanes {
     using Vector = double __attribute__((vector_size(64)));
     Vector v;
+
+    Lanes() = default;
+    ORDO_FLAT Lanes(Vector a) : v(a) {}
+    ORDO_FLAT explicit Lanes(double s) : v(s - Vector{}) {}
 
     ORDO_FLAT double& operator[](int k) { return reinterpret_cast<double*>(this)[k]; }
     ORDO_FLAT double operator[](int k) const { return v[k]; }
@@ -30,6 +43,10 @@ struct alignas(64) Lanes {
     using Half = double __attribute__((vector_size(32)));
     Half lo, hi;
 
+    Lanes() = default;
+    ORDO_FLAT Lanes(Half low, Half high) : lo(low), hi(high) {}
+    ORDO_FLAT explicit Lanes(double s) : lo(s - Half{}), hi(s - Half{}) {}
+
     ORDO_FLAT double& operator[](int k) { return reinterpret_cast<double*>(this)[k]; }
     ORDO_FLAT double operator[](int k) const { return k < 4 ? lo[k] : hi[k - 4]; }
     ORDO_FLAT Lanes& operator+=(const Lanes& o)
@@ -47,6 +64,10 @@ struct alignas(64) Lanes {
 #else
 struct alignas(64) Lanes {
     double c[8];
+
+    Lanes() = default;
+    ORDO_FLAT explicit Lanes(double s) : Lanes(s, s, s, s, s, s, s, s) {}
+    ORDO_FLAT Lanes(double a, double b, double d, double e, double f, double g, double h, double i) : c{a, b, d, e, f, g, h, i} {}
 
     ORDO_FLAT double& operator[](int k) { return c[k]; }
     ORDO_FLAT double operator[](int k) const { return c[k]; }
@@ -80,7 +101,29 @@ struct alignas(64) Lanes {
 #endif
 
 ORDO_FLAT inline Lanes operator*(double s, const Lanes& a) { return a * s; }
+ORDO_FLAT inline Lanes operator+(const Lanes& a, double s) { return a + Lanes(s); }
+ORDO_FLAT inline Lanes operator+(double s, const Lanes& a) { return Lanes(s) + a; }
+ORDO_FLAT inline Lanes operator-(const Lanes& a, double s) { return a - Lanes(s); }
+ORDO_FLAT inline Lanes operator-(double s, const Lanes& a) { return Lanes(s) - a; }
 ORDO_FLAT inline Lanes operator-(const Lanes& a) { return a * -1.0; }
+ORDO_FLAT inline Lanes& operator-=(Lanes& a, const Lanes& b) { return a = a - b; }
+ORDO_FLAT inline Lanes& operator*=(Lanes& a, const Lanes& b) { return a = a * b; }
+
+/// Lane by lane the larger and the smaller of two numbers; that of `a` where b is not a number.
+ORDO_FLAT inline Lanes larger(const Lanes& a, const Lanes& b)
+{
+#if !defined(__CUDACC__) && defined(__AVX512F__)
+    return {b.v > a.v ? b.v : a.v};
+#elif !defined(__CUDACC__)
+    return {b.lo > a.lo ? b.lo : a.lo, b.hi > a.hi ? b.hi : a.hi};
+#else
+    Lanes r = a;
+    for (int k = 0; k < 8; ++k) r.c[k] = b.c[k] > a.c[k] ? b.c[k] : a.c[k];
+    return r;
+#endif
+}
+ORDO_FLAT inline Lanes smaller(const Lanes& a, const Lanes& b) { return -larger(-a, -b); }
+ORDO_FLAT inline Lanes fabs(const Lanes& a) { return larger(a, -a); }
 
 /// Eight lanes from eight numbers.
 ORDO_FLAT inline Lanes make_lanes(double a, double b, double c, double d, double e, double f, double g, double h)
@@ -90,7 +133,7 @@ ORDO_FLAT inline Lanes make_lanes(double a, double b, double c, double d, double
 #elif !defined(__CUDACC__)
     return {Lanes::Half{a, b, c, d}, Lanes::Half{e, f, g, h}};
 #else
-    return {{a, b, c, d, e, f, g, h}};
+    return {a, b, c, d, e, f, g, h};
 #endif
 }
 
@@ -112,6 +155,25 @@ ORDO_FLAT inline void transpose(Lanes (&rows)[8])
         rows[j].v     = __builtin_shufflevector(b[j], b[j + 4], 0, 1, 2, 3, 8, 9, 10, 11);
         rows[j + 4].v = __builtin_shufflevector(b[j], b[j + 4], 4, 5, 6, 7, 12, 13, 14, 15);
     }
+#elif !defined(__CUDACC__)
+    using Half = Lanes::Half;
+    auto four  = [](Half& a, Half& b, Half& c, Half& d) {
+        const Half p = __builtin_shufflevector(a, b, 0, 4, 2, 6), q = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+        const Half r = __builtin_shufflevector(c, d, 0, 4, 2, 6), t = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+        a = __builtin_shufflevector(p, r, 0, 1, 4, 5);
+        b = __builtin_shufflevector(q, t, 0, 1, 4, 5);
+        c = __builtin_shufflevector(p, r, 2, 3, 6, 7);
+        d = __builtin_shufflevector(q, t, 2, 3, 6, 7);
+    };
+    for (int k = 0; k < 8; k += 4) {
+        four(rows[k].lo, rows[k + 1].lo, rows[k + 2].lo, rows[k + 3].lo);
+        four(rows[k].hi, rows[k + 1].hi, rows[k + 2].hi, rows[k + 3].hi);
+    }
+    for (int k = 0; k < 4; ++k) {
+        const Half kept = rows[k].hi;
+        rows[k].hi      = rows[k + 4].lo;
+        rows[k + 4].lo  = kept;
+    }
 #else
     for (int j = 0; j < 8; ++j)
         for (int k = 0; k < j; ++k) {
@@ -122,6 +184,125 @@ ORDO_FLAT inline void transpose(Lanes (&rows)[8])
 #endif
 }
 
-static_assert(sizeof(Lanes) == 64);
+/// Whether all lanes are numbers and none is negative.
+ORDO_FLAT inline bool none_negative(const Lanes& a)
+{
+#if !defined(__CUDACC__) && defined(__AVX512F__)
+    return _mm512_cmp_pd_mask(a.v, _mm512_setzero_pd(), _CMP_GE_OQ) == 0xff;
+#elif !defined(__CUDACC__) && defined(__AVX2__)
+    const auto is = [](Lanes::Half h) { return _mm256_movemask_pd(_mm256_cmp_pd(h, _mm256_setzero_pd(), _CMP_GE_OQ)); };
+    return (is(a.lo) & is(a.hi)) == 0xf;
+#else
+    bool r = true;
+    for (int k = 0; k < 8; ++k) r = r && a[k] >= 0;
+    return r;
+#endif
+}
+
+/// The largest lane.
+ORDO_FLAT inline double largest(const Lanes& a)
+{
+    double r = a[0];
+    for (int k = 1; k < 8; ++k) r = a[k] > r ? a[k] : r;
+    return r;
+}
+
+/// The sum of the lanes.
+ORDO_FLAT inline double sum(const Lanes& a)
+{
+    double r = 0.0;
+    for (int k = 0; k < 8; ++k) r += a[k];
+    return r;
+}
+
+/// The first four of eight lanes, for what only they hold: half the work.
+struct alignas(32) Quad {
+#if !defined(__CUDACC__)
+    using Vector = double __attribute__((vector_size(32)));
+    Vector v;
+
+    ORDO_FLAT double& operator[](int k) { return reinterpret_cast<double*>(this)[k]; }
+    ORDO_FLAT double operator[](int k) const { return v[k]; }
+    ORDO_FLAT Quad& operator+=(const Quad& o)
+    {
+        v += o.v;
+        return *this;
+    }
+    friend ORDO_FLAT Quad operator-(Quad a, const Quad& b) { return {a.v - b.v}; }
+    friend ORDO_FLAT Quad operator*(Quad a, double s) { return {a.v * s}; }
+#else
+    double v[4];
+
+    ORDO_FLAT double& operator[](int k) { return v[k]; }
+    ORDO_FLAT double operator[](int k) const { return v[k]; }
+    ORDO_FLAT Quad& operator+=(const Quad& o)
+    {
+        for (int k = 0; k < 4; ++k) v[k] += o.v[k];
+        return *this;
+    }
+    friend ORDO_FLAT Quad operator-(Quad a, const Quad& b)
+    {
+        for (int k = 0; k < 4; ++k) a.v[k] -= b.v[k];
+        return a;
+    }
+    friend ORDO_FLAT Quad operator*(Quad a, double s)
+    {
+        for (int k = 0; k < 4; ++k) a.v[k] *= s;
+        return a;
+    }
+#endif
+};
+
+/// The first four lanes, and eight of twice four.
+ORDO_FLAT inline Quad low(const Lanes& a)
+{
+#if !defined(__CUDACC__) && defined(__AVX512F__)
+    return {__builtin_shufflevector(a.v, a.v, 0, 1, 2, 3)};
+#elif !defined(__CUDACC__)
+    return {a.lo};
+#else
+    return {{a[0], a[1], a[2], a[3]}};
+#endif
+}
+ORDO_FLAT inline Lanes join(const Quad& a, const Quad& b)
+{
+#if !defined(__CUDACC__) && defined(__AVX512F__)
+    return {__builtin_shufflevector(a.v, b.v, 0, 1, 2, 3, 4, 5, 6, 7)};
+#elif !defined(__CUDACC__)
+    return {a.v, b.v};
+#else
+    return {a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]};
+#endif
+}
+
+/// Each lane rounded towards zero, as int; lanes must fit.
+ORDO_FLAT inline void to_int(const Lanes& a, int* to)
+{
+#if !defined(__CUDACC__) && defined(__AVX512F__)
+    using Whole       = int __attribute__((vector_size(32)));
+    const Whole whole = __builtin_convertvector(a.v, Whole);
+    __builtin_memcpy(to, &whole, sizeof whole);
+#else
+    for (int k = 0; k < 8; ++k) to[k] = static_cast<int>(a[k]);
+#endif
+}
+/// Each lane rounded towards zero; lanes must fit an int.
+ORDO_FLAT inline Lanes truncate(const Lanes& a)
+{
+#if !defined(__CUDACC__) && defined(__AVX512F__)
+    using Whole = int __attribute__((vector_size(32)));
+    return {__builtin_convertvector(__builtin_convertvector(a.v, Whole), Lanes::Vector)};
+#elif !defined(__CUDACC__)
+    using Whole = int __attribute__((vector_size(16)));
+    return {__builtin_convertvector(__builtin_convertvector(a.lo, Whole), Lanes::Half),
+            __builtin_convertvector(__builtin_convertvector(a.hi, Whole), Lanes::Half)};
+#else
+    Lanes r = a;
+    for (int k = 0; k < 8; ++k) r[k] = static_cast<int>(a[k]);
+    return r;
+#endif
+}
+
+static_assert(sizeof(Lanes) == 64 && sizeof(Quad) == 32);
 
 }  // namespace ordo

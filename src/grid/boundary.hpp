@@ -10,7 +10,6 @@
 #include <array>
 #include <cmath>
 #include <optional>
-#include <utility>
 #include <vector>
 
 namespace ordo {
@@ -59,20 +58,19 @@ class Constraints {
     Constraints() = default;
     Constraints(const std::vector<Boundary<D>>& boundaries, const Lattice<D>& lattice, const Tiles<D>& tiles)
     {
-        for (int k = 0; k < static_cast<int>(boundaries.size()); ++k)
-            for (const Index<D>& block : tiles.blocks())
-                outer_part(boundaries[k], lattice, tiles.nodes_of(block)).for_each([&](const Index<D>& at) {
-                    for (int a = 0; a < D; ++a)
-                        if (boundaries[k].constrains(a))
-                            held_.push_back(
-                                {lattice.offset(at), a, k, boundaries[k].type == BoundaryType::velocity, place_of(lattice, at)});
-                });
-        auto key = [](const Held& h) { return std::pair{h.node, h.component}; };
-        std::stable_sort(held_.begin(), held_.end(), [&](const Held& g, const Held& h) { return key(g) < key(h); });
-        // The last of equals: the first of equals in the reverse order.
-        const auto last =
-            std::unique(held_.rbegin(), held_.rend(), [&](const Held& g, const Held& h) { return key(g) == key(h); });
-        held_.erase(held_.begin(), last.base());
+        std::vector<IndexBox<D>> parts(boundaries.size());
+        for (const Index<D>& block : tiles.blocks()) {
+            const IndexBox<D> nodes = tiles.nodes_of(block);
+            bool has_any            = false;
+            for (std::size_t k = 0; k < parts.size(); ++k) {
+                parts[k] = outer_part(boundaries[k], lattice, nodes);
+                has_any  = has_any || !parts[k].is_empty();
+            }
+            if (!has_any) continue;
+            nodes.for_each([&](const Index<D>& at) {
+                for (int a = 0; a < D; ++a) hold(boundaries, parts, lattice, at, a);
+            });
+        }
     }
 
     /// f(node, component, whether a velocity is prescribed) for each of them.
@@ -115,6 +113,17 @@ class Constraints {
         bool is_prescribed;
         Vec<D> x;
     };
+
+    /// Component a of a node, by the last of the conditions on it.
+    void hold(const std::vector<Boundary<D>>& boundaries, const std::vector<IndexBox<D>>& parts, const Lattice<D>& lattice,
+              const Index<D>& at, int a)
+    {
+        for (int k = static_cast<int>(boundaries.size()) - 1; k >= 0; --k)
+            if (boundaries[k].constrains(a) && parts[k].contains(at)) {
+                held_.push_back({lattice.offset(at), a, k, boundaries[k].type == BoundaryType::velocity, place_of(lattice, at)});
+                return;
+            }
+    }
 
     /// Where a node's value is asked for: nodes of the margin take that of the grid's edge, the expression need not
     /// mean anything outside.

@@ -2,10 +2,13 @@
 // and `copy` after each change of node values; both do nothing on a grid without images.
 #pragma once
 
+#include "base/parallel.hpp"
 #include "grid/lattice.hpp"
 #include "grid/tiles.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <vector>
 
 namespace ordo {
@@ -19,12 +22,21 @@ class Halo {
     {
         for (int a = 0; a < D; ++a) {
             if (!lattice.periodic[a]) continue;
-            for (const Index<D>& block : tiles.blocks())
-                tiles.nodes_of(block).for_each([&](const Index<D>& k) {
-                    Index<D> image = k;
-                    image[a]       = lattice.periodic_image(a, k[a]);
-                    if (image[a] != k[a]) pairs_[a].push_back({lattice.offset(k), lattice.offset(image)});
-                });
+            for (const Index<D>& block : tiles.blocks()) {
+                IndexBox<D> below = tiles.nodes_of(block), above = below;
+                below.hi[a] = std::min(below.hi[a], lattice.margin);
+                above.lo[a] = std::max(above.lo[a], lattice.margin + lattice.cells[a]);
+                for (const IndexBox<D>& ghosts : {below, above})
+                    ghosts.for_each([&](const Index<D>& k) {
+                        Index<D> image = k;
+                        image[a]       = lattice.periodic_image(a, k[a]);
+                        pairs_[a].push_back({lattice.offset(k), lattice.offset(image)});
+                    });
+            }
+            // Else a node has one ghost at most.
+            if (lattice.nodes[a] > 2 * lattice.cells[a])
+                std::stable_sort(pairs_[a].begin(), pairs_[a].end(),
+                                 [](const Pair& p, const Pair& q) { return p.image < q.image; });
         }
     }
 
@@ -35,42 +47,59 @@ class Halo {
     void add(Lanes* nodes, int first, int last) const
     {
         for (const auto& axis : pairs_)
-            for (const Pair& p : axis)
+            for_each(axis, [=](const Pair& p) {
                 for (int k = first; k < last; ++k) nodes[p.image][k] += nodes[p.ghost][k];
+            });
     }
 
     /// Copies nodes to the margin that repeats them. Axes in the reverse order of `add`, so that corners come right.
     void copy(Lanes* nodes) const
     {
-        for (int a = D - 1; a >= 0; --a)
-            for (const Pair& p : pairs_[a]) nodes[p.ghost] = nodes[p.image];
+        for (int a = D - 1; a >= 0; --a) for_each(pairs_[a], [=](const Pair& p) { nodes[p.ghost] = nodes[p.image]; });
     }
 
     /// The same for records of `size` Lanes, of nodes or of cells.
     void add_records(Lanes* records, int size) const
     {
         for (const auto& axis : pairs_)
-            for (const Pair& p : axis)
+            for_each(axis, [=](const Pair& p) {
                 for (int q = 0; q < size; ++q) records[p.image * size + q] += records[p.ghost * size + q];
+            });
     }
     void copy_records(Lanes* records, int size) const
     {
         for (int a = D - 1; a >= 0; --a)
-            for (const Pair& p : pairs_[a])
+            for_each(pairs_[a], [=](const Pair& p) {
                 for (int q = 0; q < size; ++q) records[p.ghost * size + q] = records[p.image * size + q];
+            });
     }
 
     /// Sets the margin to zero.
     void clear(Lanes* nodes) const
     {
-        for (const auto& axis : pairs_)
-            for (const Pair& p : axis) nodes[p.ghost] = Lanes{};
+        for (const auto& axis : pairs_) for_each(axis, [=](const Pair& p) { nodes[p.ghost] = Lanes{}; });
     }
 
   private:
     struct Pair {
         std::ptrdiff_t ghost, image;
     };
+
+    /// f(pair) for the pairs of an axis in parallel; those of one image, which follow each other, by one thread in their
+    /// order, so that sums are the same for any number of threads.
+    template <class F>
+    static void for_each(const std::vector<Pair>& pairs, F&& f)
+    {
+        const auto n          = static_cast<std::ptrdiff_t>(pairs.size());
+        auto has_image_before = [&](std::ptrdiff_t k) { return k > 0 && k < n && pairs[k - 1].image == pairs[k].image; };
+        parallel_pieces(n, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+            while (begin < end && has_image_before(begin)) ++begin;
+            if (begin == end) return;
+            while (has_image_before(end)) ++end;
+            for (std::ptrdiff_t k = begin; k < end; ++k) f(pairs[k]);
+        });
+    }
+
     std::array<std::vector<Pair>, D> pairs_;
 };
 

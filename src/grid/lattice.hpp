@@ -59,7 +59,11 @@ struct Lattice {
     }
 
     /// The coordinate along axis a in cells, counted from the first node of the margin: its integer part is the cell.
-    ORDO_HD double cell_coordinate(int a, double x) const { return (x - origin[a]) * inv_h[a] + margin; }
+    template <class T>
+    ORDO_FLAT T cell_coordinate(int a, const T& x) const
+    {
+        return (x - origin[a]) * inv_h[a] + margin;
+    }
     /// The place of node k of axis a: of a spline its Greville point, the mean of its knots.
     ORDO_HD double node_position(int a, int k) const
     {

@@ -9,6 +9,9 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <iterator>
+#include <span>
+#include <utility>
 #include <vector>
 
 namespace ordo {
@@ -19,25 +22,35 @@ struct Tile {
     int end   = 0;
 };
 
-/// The tiles that hold particles. A tile is `width` cells a side; its particles may write up to `halo` cells beyond it.
+/// The tiles that hold particles, and the blocks of nodes, `block_width` a side, that these may write to. A tile is `width`
+/// cells a side, some whole blocks; its particles may write up to `halo` cells beyond it.
 template <int D>
 class Tiles {
   public:
     static constexpr int colour_count = 1 << D;
+    static constexpr int block_width  = 4;
 
     Tiles() = default;
-    Tiles(const Lattice<D>& lattice, int halo) : lattice_(lattice), halo_(halo), width_(width_for(halo, lattice.basis.degree))
+    Tiles(const Lattice<D>& lattice, int halo, std::ptrdiff_t particles = 0)
+        : lattice_(lattice), halo_(halo), width_(width_for(halo, lattice.basis.degree, particles))
     {
         for (int a = 0; a < D; ++a) {
-            count_[a] = (lattice.nodes[a] + width_ - 1) / width_;
+            count_[a]       = (lattice.nodes[a] + width_ - 1) / width_;
+            block_count_[a] = (lattice.nodes[a] + block_width - 1) / block_width;
             cells_per_tile_ *= width_;
         }
     }
 
     /// The smallest width whose tiles of one colour stay apart, width + halo + degree < 2 width - halo: a cell has degree + 1
-    /// functions, and a stencil of fixed size may write zeros to one node more than its domain reaches. At least 4, so that
-    /// tiles are worth a thread's while.
-    static int width_for(int halo, int degree = 1) { return std::max(4, 2 * halo + degree + 1); }
+    /// functions, and a stencil of fixed size may write zeros to one node more than its domain reaches. Wider with so many
+    /// particles that there still are 16 tiles of each colour, at 2^D particles a cell: neighbours share fewer nodes then.
+    static int width_for(int halo, int degree = 1, std::ptrdiff_t particles = 0)
+    {
+        constexpr int wide        = D == 2 ? 16 : D == 3 ? 8 : block_width;
+        constexpr int enough      = 16 * colour_count * power_of(2 * wide, D);
+        const int blocks_at_least = (2 * halo + degree + 1 + block_width - 1) / block_width;
+        return std::max(blocks_at_least * block_width, particles >= enough ? wide : 0);
+    }
 
     int width() const { return width_; }
     int halo() const { return halo_; }
@@ -54,7 +67,7 @@ class Tiles {
             tile[a] = cell[a] / width_;
             inner   = inner * width_ + cell[a] % width_;
         }
-        return flatten(tile) * cells_per_tile_ + inner;
+        return flatten(tile, count_) * cells_per_tile_ + inner;
     }
 
     /// One more than the largest key.
@@ -66,24 +79,25 @@ class Tiles {
     }
 
     /// Sets up tiles, colours and node blocks for particles in the order of their sorted keys.
-    void assign(const std::vector<std::uint64_t>& sorted_keys)
+    void assign(std::span<const std::uint64_t> sorted_keys)
     {
         tiles_.clear();
         for (auto& c : colours_) c.clear();
         std::vector<std::uint64_t> touched;
-        const int n = static_cast<int>(sorted_keys.size());
-        for (int begin = 0, end = 0; begin < n; begin = end) {
-            const std::uint64_t tile = sorted_keys[begin] / cells_per_tile_;
-            while (end < n && sorted_keys[end] / cells_per_tile_ == tile) ++end;
-            const Index<D> at = unflatten(tile);
+        for (auto begin = sorted_keys.begin(); begin != sorted_keys.end();) {
+            const std::uint64_t tile = *begin / cells_per_tile_;
+            const auto end           = std::lower_bound(begin, sorted_keys.end(), (tile + 1) * cells_per_tile_);
+            const Index<D> at        = unflatten(tile, count_);
             colours_[colour(at)].push_back(static_cast<int>(tiles_.size()));
-            tiles_.push_back({begin, end});
-            neighbours(at).for_each([&](const Index<D>& b) { touched.push_back(flatten(b)); });
+            tiles_.push_back({static_cast<int>(begin - sorted_keys.begin()), static_cast<int>(end - sorted_keys.begin())});
+            blocks_of(at).for_each([&](const Index<D>& b) { touched.push_back(flatten(b, block_count_)); });
+            begin = end;
         }
-        keep_unique(touched);
+        std::sort(touched.begin(), touched.end());
+        for (int reach = halo_ + lattice_.basis.degree + 1; reach > 0; reach -= block_width) add_neighbours(touched);
         add_periodic_images(touched);
         blocks_.clear();
-        for (std::uint64_t b : touched) blocks_.push_back(unflatten(b));
+        for (std::uint64_t b : touched) blocks_.push_back(unflatten(b, block_count_));
         block_keys_ = std::move(touched);
     }
 
@@ -109,8 +123,8 @@ class Tiles {
     {
         IndexBox<D> r{};
         for (int a = 0; a < D; ++a) {
-            r.lo[a] = block[a] * width_;
-            r.hi[a] = std::min(r.lo[a] + width_, lattice_.nodes[a]);
+            r.lo[a] = block[a] * block_width;
+            r.hi[a] = std::min(r.lo[a] + block_width, lattice_.nodes[a]);
         }
         return r;
     }
@@ -159,8 +173,8 @@ class Tiles {
     bool is_active(const Index<D>& node) const
     {
         Index<D> block = node;
-        for (int a = 0; a < D; ++a) block[a] /= width_;
-        return std::binary_search(block_keys_.begin(), block_keys_.end(), flatten(block));
+        for (int a = 0; a < D; ++a) block[a] /= block_width;
+        return std::binary_search(block_keys_.begin(), block_keys_.end(), flatten(block, block_count_));
     }
 
   private:
@@ -168,34 +182,53 @@ class Tiles {
     /// that others wait for can cost more than the step.
     bool is_large() const { return !tiles_.empty() && tiles_.back().end >= 1024; }
 
-    std::uint64_t flatten(const Index<D>& t) const
+    static std::uint64_t flatten(const Index<D>& t, const Index<D>& count)
     {
         std::uint64_t k = 0;
-        for (int a = D - 1; a >= 0; --a) k = k * count_[a] + t[a];
+        for (int a = D - 1; a >= 0; --a) k = k * count[a] + t[a];
         return k;
     }
-    Index<D> unflatten(std::uint64_t k) const
+    static Index<D> unflatten(std::uint64_t k, const Index<D>& count)
     {
         Index<D> t{};
         for (int a = 0; a < D; ++a) {
-            t[a] = static_cast<int>(k % count_[a]);
-            k /= count_[a];
+            t[a] = static_cast<int>(k % count[a]);
+            k /= count[a];
         }
         return t;
     }
-    IndexBox<D> neighbours(const Index<D>& t) const
+    /// The blocks of a tile.
+    IndexBox<D> blocks_of(const Index<D>& tile) const
     {
         IndexBox<D> r{};
         for (int a = 0; a < D; ++a) {
-            r.lo[a] = std::max(t[a] - 1, 0);
-            r.hi[a] = std::min(t[a] + 2, count_[a]);
+            r.lo[a] = tile[a] * (width_ / block_width);
+            r.hi[a] = std::min(r.lo[a] + width_ / block_width, block_count_[a]);
         }
         return r;
     }
-    static void keep_unique(std::vector<std::uint64_t>& keys)
+    /// Adds `more` to the sorted keys of blocks; each stays there once.
+    static void add(std::vector<std::uint64_t>& blocks, const std::vector<std::uint64_t>& more)
     {
-        std::sort(keys.begin(), keys.end());
-        keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+        std::vector<std::uint64_t> all;
+        std::set_union(blocks.begin(), blocks.end(), more.begin(), more.end(), std::back_inserter(all));
+        blocks = std::move(all);
+    }
+    /// The blocks beside those of sorted keys, and those beside them along the next axis. Moved keys are sorted still.
+    void add_neighbours(std::vector<std::uint64_t>& blocks) const
+    {
+        std::uint64_t stride = 1;
+        for (int a = 0; a < D; ++a) {
+            std::vector<std::uint64_t> below, above;
+            for (std::uint64_t b : blocks) {
+                const std::uint64_t at = b / stride % block_count_[a];
+                if (at > 0) below.push_back(b - stride);
+                if (at + 1 < static_cast<std::uint64_t>(block_count_[a])) above.push_back(b + stride);
+            }
+            add(blocks, below);
+            add(blocks, above);
+            stride *= block_count_[a];
+        }
     }
     /// A block with nodes of a periodic axis needs the blocks of all their images too: those inside the period, where sums
     /// are, and those of the margin, where a corner that is put back into the period may ask for them.
@@ -205,24 +238,25 @@ class Tiles {
             if (!lattice_.periodic[a]) continue;
             std::vector<std::uint64_t> images;
             for (std::uint64_t key : blocks) {
-                Index<D> b           = unflatten(key);
+                Index<D> b           = unflatten(key, block_count_);
                 const IndexBox<D> at = nodes_of(b);
                 for (int k = at.lo[a]; k < at.hi[a]; ++k)
                     for (int image = k % lattice_.cells[a]; image < lattice_.nodes[a]; image += lattice_.cells[a]) {
-                        b[a] = image / width_;
-                        images.push_back(flatten(b));
+                        b[a] = image / block_width;
+                        if (image != k) images.push_back(flatten(b, block_count_));
                     }
             }
-            blocks.insert(blocks.end(), images.begin(), images.end());
-            keep_unique(blocks);
+            std::sort(images.begin(), images.end());
+            images.erase(std::unique(images.begin(), images.end()), images.end());
+            add(blocks, images);
         }
     }
 
     Lattice<D> lattice_{};
     int halo_                     = 0;
-    int width_                    = 4;
+    int width_                    = block_width;
     std::uint64_t cells_per_tile_ = 1;
-    Index<D> count_{};
+    Index<D> count_{}, block_count_{};  ///< tiles and blocks along each axis
     std::vector<Tile> tiles_;
     std::array<std::vector<int>, colour_count> colours_;
     std::vector<Index<D>> blocks_;

@@ -6,11 +6,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <numeric>
+#include <span>
+#include <type_traits>
+#include <utility>
 
 namespace ordo::io {
 
@@ -18,12 +21,23 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the VTK writers say LittleEndian");
 
-/// The appended section of a VTK XML file: arrays of numbers, each behind its size in bytes.
+/// The appended section of a VTK XML file: arrays of numbers, each behind its size in bytes. Values are found while they are
+/// written, a block at a time: arrays of a whole frame would be as much memory as the particles, and its pages cost more than
+/// the numbers.
 class Appended {
   public:
-    /// Adds an array and returns the attributes that place it in the XML.
-    template <class T>
-    std::string add(std::string_view name, std::vector<T> values, int components)
+    /// Adds an array of `count` tuples and returns the attributes that place it in the XML. fill(k, out) writes the numbers
+    /// of tuple k; called in parallel, until `write` is through.
+    template <class T, class Fill>
+    std::string add(std::string_view name, std::size_t count, int components, Fill fill)
+    {
+        const auto length = static_cast<std::size_t>(components);
+        return add_runs<T>(
+            name, count, components, [=](std::size_t k) { return k * length; }, std::move(fill));
+    }
+    /// The same of `count` runs of tuples; the numbers of run k begin at place begin(k).
+    template <class T, class Begin, class Fill>
+    std::string add_runs(std::string_view name, std::size_t count, int components, Begin begin, Fill fill)
     {
         const std::string type = std::is_same_v<T, double> ? "Float64"
                                  : sizeof(T) == 1          ? "UInt8"
@@ -32,11 +46,21 @@ class Appended {
         const std::string tag =
             fmt::format(R"(<DataArray type="{}" Name="{}" NumberOfComponents="{}" format="appended" offset="{}"/>)", type, name,
                         components, size_);
-        size_ += sizeof(std::uint64_t) + values.size() * sizeof(T);
-        writers_.push_back([v = std::move(values)](AtomicFile& file) {
-            const std::uint64_t bytes = v.size() * sizeof(T);
+        const std::uint64_t bytes = begin(count) * sizeof(T);
+        size_ += sizeof(bytes) + bytes;
+        writers_.push_back([=](AtomicFile& file) {
             file.write_binary(std::span<const std::uint64_t>(&bytes, 1));
-            file.write_binary(std::span<const T>(v));
+            std::vector<T> values;
+            for (std::size_t first = 0, last = 0; first < count; first = last) {
+                last                = std::min(count, first + kBlock);
+                const std::size_t n = begin(last) - begin(first);
+                if (values.size() < n) values.resize(n);
+                parallel_for_each(static_cast<std::ptrdiff_t>(last - first), [&](std::ptrdiff_t i) {
+                    const std::size_t k = first + static_cast<std::size_t>(i);
+                    fill(k, values.data() + (begin(k) - begin(first)));
+                });
+                file.write_binary(std::span<const T>(values.data(), n));
+            }
         });
         return tag + "\n";
     }
@@ -48,23 +72,14 @@ class Appended {
     }
 
   private:
-    std::uint64_t size_ = 0;
+    static constexpr std::size_t kBlock = 1 << 14;
+    std::uint64_t size_                 = 0;
     std::vector<std::function<void(AtomicFile&)>> writers_;
 };
 
 constexpr std::string_view kHead = R"(<?xml version="1.0"?>
 <VTKFile type="{}" version="1.0" byte_order="LittleEndian" header_type="UInt64">
 )";
-
-/// f(i, out) writes `components` numbers of particle i; particles come in the order given.
-template <class F>
-std::vector<double> tabulate(const std::vector<int>& order, int components, F&& f)
-{
-    std::vector<double> values(order.size() * static_cast<std::size_t>(components));
-    parallel_for_each(static_cast<std::ptrdiff_t>(order.size()),
-                      [&](std::ptrdiff_t k) { f(order[k], values.data() + k * components); });
-    return values;
-}
 
 /// Stress with the normal components across a 1D or 2D problem.
 template <int D>
@@ -78,28 +93,25 @@ Mat<3> full_stress(const Model<D>& model, const Particles<D>& p, int i)
     return r;
 }
 
+/// The array of a field; the particles in the order given. All must live until `data` is written.
 template <int D>
 std::string field_array(Appended& data, const std::string& name, const std::vector<int>& order, const Model<D>& model,
                         const Particles<D>& p)
 {
-    auto scalar = [&](auto&& f) { return data.add(name, tabulate(order, 1, [&](int i, double* out) { *out = f(i); }), 1); };
-    auto vector = [&](auto&& f) {
-        return data.add(name,
-                        tabulate(order, 3,
-                                 [&](int i, double* out) {
-                                     const Vec<3> v = padded(f(i));
-                                     for (int a = 0; a < 3; ++a) out[a] = v[a];
-                                 }),
-                        3);
+    auto scalar = [&](auto f) {
+        return data.add<double>(name, order.size(), 1, [&order, f](std::size_t k, double* out) { *out = f(order[k]); });
     };
-    auto tensor = [&](auto&& f) {
-        return data.add(name,
-                        tabulate(order, 9,
-                                 [&](int i, double* out) {
-                                     const Mat<3> m = f(i);
-                                     for (int k = 0; k < 9; ++k) out[k] = m(k / 3, k % 3);
-                                 }),
-                        9);
+    auto vector = [&](auto f) {
+        return data.add<double>(name, order.size(), 3, [&order, f](std::size_t k, double* out) {
+            const Vec<3> v = padded(f(order[k]));
+            for (int a = 0; a < 3; ++a) out[a] = v[a];
+        });
+    };
+    auto tensor = [&](auto f) {
+        return data.add<double>(name, order.size(), 9, [&order, f](std::size_t k, double* out) {
+            const Mat<3> m = f(order[k]);
+            for (int c = 0; c < 9; ++c) out[c] = m(c / 3, c % 3);
+        });
     };
     if (name == "displacement") return vector([&](int i) { return displacement(model, p, i); });
     if (name == "position") return vector([&](int i) { return place_in_period(model, p, i); });
@@ -129,41 +141,52 @@ std::string field_array(Appended& data, const std::string& name, const std::vect
     throw std::logic_error("field_array: no field " + name);
 }
 
-/// Adds the corners of a particle's domain in VTK's order, of a point itself; returns VTK's type of the cell.
+/// Corners of a particle's domain as it is drawn: a point has one.
 template <int D>
-int add_corners(const Model<D>& model, const Particles<D>& p, int i, std::vector<double>& out)
+int corner_count(const Particles<D>& p, int i)
+{
+    if (!p.cell.empty()) return p.cell[i].count();
+    return p.edges.empty() && p.half.empty() ? 1 : 1 << D;
+}
+
+/// VTK's type of a particle's cell.
+template <int D>
+std::uint8_t cell_type(const Particles<D>& p, int i)
+{
+    constexpr std::uint8_t vertex = 1, line = 3, triangle = 5, quad = 9, tetrahedron = 10, hexahedron = 12;
+    constexpr std::uint8_t of_dim[] = {line, quad, hexahedron}, of_simplex[] = {line, triangle, tetrahedron};
+    if (!p.cell.empty() && p.cell[i].is_simplex()) return of_simplex[D - 1];
+    return corner_count(p, i) == 1 ? vertex : of_dim[D - 1];
+}
+
+/// The corners of a particle's domain in VTK's order, of a point itself.
+template <int D>
+void put_corners(const Model<D>& model, const Particles<D>& p, int i, double* out)
 {
     const Vec<D> place = place_in_period(model, p, i);
-    auto add           = [&](const Vec<D>& x) {
+    auto put           = [&](const Vec<D>& x) {
         const Vec<3> at = padded(x);
-        out.insert(out.end(), {at[0], at[1], at[2]});
+        for (int a = 0; a < 3; ++a) *out++ = at[a];
     };
-    constexpr int vertex = 1, line = 3, triangle = 5, quad = 9, tetrahedron = 10, hexahedron = 12;
-    constexpr int of_dim[] = {line, quad, hexahedron}, of_simplex[] = {line, triangle, tetrahedron};
     // VTK walks around a quad; bits of the corner number are signs along the edges.
     static constexpr int walk[8] = {0, 1, 3, 2, 4, 5, 7, 6};
+    const int count              = corner_count(p, i);
     if (!p.cell.empty()) {
         const CornerIds<D>& ids = p.cell[i];
-        const bool is_simplex   = ids.is_simplex();
-        for (int c = 0; c < ids.count(); ++c) add(place + (corner_place(model, p, i, ids[is_simplex ? c : walk[c]]) - p.x[i]));
-        return is_simplex ? of_simplex[D - 1] : of_dim[D - 1];
+        for (int c = 0; c < count; ++c) put(place + (corner_place(model, p, i, ids[ids.is_simplex() ? c : walk[c]]) - p.x[i]));
+        return;
     }
-    if (p.edges.empty() && p.half.empty()) {
-        add(place);
-        return vertex;
-    }
-    for (int c = 0; c < (1 << D); ++c) {
+    for (int c = 0; c < count; ++c) {
         Vec<D> x = place;
-        for (int d = 0; d < D; ++d) {
+        for (int d = 0; d < D && count > 1; ++d) {
             const double sign = walk[c] >> d & 1 ? 1.0 : -1.0;
             if (!p.edges.empty())
                 x += sign * column(p.edges[i], d);
             else
                 x[d] += sign * p.half[i][d];
         }
-        add(x);
+        put(x);
     }
-    return of_dim[D - 1];
 }
 
 }  // namespace
@@ -174,36 +197,31 @@ void write_particles(const std::filesystem::path& file, const Model<D>& model, S
 {
     const Particles<D>& p = s.particles;
     std::vector<int> order(static_cast<std::size_t>(p.count));
-    for (int i = 0; i < p.count; ++i) order[p.id[i]] = i;
-
+    parallel_for_each(p.count, [&](std::ptrdiff_t i) { order[p.id[i]] = static_cast<int>(i); });
+    std::vector<std::size_t> first_point = {0};  // of each particle, and behind the last
+    first_point.reserve(order.size() + 1);
+    for (int i : order) first_point.push_back(first_point.back() + static_cast<std::size_t>(corner_count(p, i)));
+    const std::size_t count = order.size(), point_count = first_point.back();
     const bool has_domain = !p.edges.empty() || !p.half.empty() || !p.cell.empty();
-    std::vector<double> points;
-    std::vector<std::int64_t> offsets;
-    std::vector<std::uint8_t> types;
-    points.reserve(order.size() * (has_domain ? 3u << D : 3u));
-    for (int i : order) {
-        types.push_back(static_cast<std::uint8_t>(add_corners(model, p, i, points)));
-        offsets.push_back(static_cast<std::int64_t>(points.size() / 3));
-    }
-    std::vector<std::int64_t> connectivity(points.size() / 3);
-    std::iota(connectivity.begin(), connectivity.end(), 0);
-    const std::size_t point_count = connectivity.size();
 
     Appended data;
     std::string arrays;
-    auto integers = [&](std::string_view name, auto&& f) {
-        std::vector<std::int32_t> values;
-        for (int i : order) values.push_back(f(i));
-        arrays += data.add(name, std::move(values), 1);
+    auto integers = [&](std::string_view name, const Array<std::int32_t>& field) {
+        arrays += data.add<std::int32_t>(name, count, 1, [&](std::size_t k, std::int32_t* out) { *out = field[order[k]]; });
     };
-    integers("id", [&](int i) { return p.id[i]; });
-    integers("body", [&](int i) { return p.body[i]; });
-    integers("material", [&](int i) { return p.material[i]; });
+    integers("id", p.id);
+    integers("body", p.body);
+    integers("material", p.material);
     if (has_domain) arrays += field_array(data, "position", order, model, p);
     for (const std::string& name : fields) arrays += field_array(data, name, order, model, p);
-    const std::string point_array = data.add("Points", std::move(points), 3);
-    const std::string cell_arrays = data.add("connectivity", std::move(connectivity), 1) +
-                                    data.add("offsets", std::move(offsets), 1) + data.add("types", std::move(types), 1);
+    const std::string point_array = data.add_runs<double>(
+        "Points", count, 3, [&](std::size_t k) { return 3 * first_point[k]; },
+        [&](std::size_t k, double* out) { put_corners(model, p, order[k], out); });
+    auto counted = [](auto f) { return [f](std::size_t k, std::int64_t* out) { *out = static_cast<std::int64_t>(f(k)); }; };
+    const std::string cell_arrays =
+        data.add<std::int64_t>("connectivity", point_count, 1, counted([](std::size_t k) { return k; })) +
+        data.add<std::int64_t>("offsets", count, 1, counted([&](std::size_t k) { return first_point[k + 1]; })) +
+        data.add<std::uint8_t>("types", count, 1, [&](std::size_t k, std::uint8_t* out) { *out = cell_type(p, order[k]); });
     const std::string_view kind = has_domain ? "CellData" : "PointData";
 
     AtomicFile out(file);
@@ -211,7 +229,7 @@ void write_particles(const std::filesystem::path& file, const Model<D>& model, S
     out.write(fmt::format("<UnstructuredGrid>\n<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" "
                           "format=\"ascii\">{}</DataArray>\n</FieldData>\n",
                           s.t));
-    out.write(fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n", point_count, order.size()));
+    out.write(fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n", point_count, count));
     out.write(fmt::format("<{0}>\n{1}</{0}>\n<Points>\n{2}</Points>\n<Cells>\n{3}</Cells>\n</Piece>\n</UnstructuredGrid>\n", kind,
                           arrays, point_array, cell_arrays));
     data.write(out);
@@ -232,16 +250,15 @@ void write_grid(const std::filesystem::path& file, const State<D>& s)
     const std::size_t count = static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]);
     std::vector<double> mass(count), velocity(3 * count);
     // Points that the material touches: those of its blocks and, of splines, their neighbours.
-    Index<D> last{};
-    for (int a = 0; a < D; ++a) last[a] = n[a];
-    IndexBox<D>{{}, last}.for_each([&](const Index<D>& at) {
+    parallel_for_each(static_cast<std::ptrdiff_t>(count), [&](std::ptrdiff_t k) {
         Vec<D> x{};
         Index<D> node{};
-        std::size_t k = 0;
-        for (int a = D - 1; a >= 0; --a) {
-            x[a]    = g.origin[a] + at[a] * g.h[a];
-            node[a] = at[a] + g.margin;
-            k       = k * static_cast<std::size_t>(n[a]) + static_cast<std::size_t>(at[a]);
+        std::ptrdiff_t rest = k;
+        for (int a = 0; a < D; ++a) {
+            const int at = static_cast<int>(rest % n[a]);
+            rest /= n[a];
+            x[a]    = g.origin[a] + at * g.h[a];
+            node[a] = at + g.margin;
         }
         if (!s.tiles.is_active(node)) return;
         const GridSample<D> sample = sample_grid(s, x);
@@ -249,7 +266,9 @@ void write_grid(const std::filesystem::path& file, const State<D>& s)
         for (int a = 0; a < D; ++a) velocity[3 * k + a] = sample.velocity[a];
     });
     Appended data;
-    const std::string arrays = data.add("mass", std::move(mass), 1) + data.add("velocity", std::move(velocity), 3);
+    const std::string arrays = data.add<double>("mass", count, 1, [&](std::size_t k, double* out) {
+        *out = mass[k];
+    }) + data.add<double>("velocity", count, 3, [&](std::size_t k, double* out) { std::copy_n(&velocity[3 * k], 3, out); });
     const std::string extent = fmt::format("0 {} 0 {} 0 {}", n[0] - 1, n[1] - 1, n[2] - 1);
     AtomicFile out(file);
     out.write(fmt::format(fmt::runtime(kHead), "ImageData"));

@@ -57,7 +57,8 @@ void keep_gradient(const Sweep<S::dim>& sweep, int begin, int end, TileReport&)
     constexpr int D  = S::dim;
     const Sweep<D> s = sweep;
     for (int i = begin; i < end; ++i) {
-        Lanes value{}, gradient[D] = {};
+        Lanes value{};
+        Quad gradient[D] = {};
         S::collect(s.lattice, s.p, i, s.nodes, value, gradient);
         s.p.L[i] = velocity_gradient(gradient);
     }

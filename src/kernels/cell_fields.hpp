@@ -2,16 +2,22 @@
 // (TLS), and the quadrature points that carry them. These are particles of domain `point` to every pass that follows.
 #pragma once
 
+#include "kernels/moment_windows.hpp"
 #include "kernels/sweep.hpp"
 #include "kernels/taylor.hpp"
+#include "particles/batch.hpp"
 
 namespace ordo {
 
-/// What is reconstructed: density, its product with the velocity, stress, body force per mass.
-template <int D>
+/// What is reconstructed: density, its product with the velocity where points are to have velocities, stress, and, last, body
+/// force per mass, which is left out of sums where there is none.
+template <int D, bool has_velocity>
 struct CellFields {
-    static constexpr int density = 0, momentum = 1, stress = 1 + D, body_force = stress + D * (D + 1) / 2;
+    static constexpr int density = 0, momentum = 1, stress = has_velocity ? 1 + D : 1, body_force = stress + D * (D + 1) / 2;
     static constexpr int count = body_force + D;
+
+    /// The fields that there are.
+    ORDO_FLAT static int used(const ParticleView<D>& p) { return p.b ? count : body_force; }
 
     template <int degree>
     using Record = Moments<D, degree, count>;
@@ -22,7 +28,7 @@ struct CellFields {
         u[density] = p.m[i] / p.V[i];
         int k      = stress;
         for (int a = 0; a < D; ++a) {
-            u[momentum + a] = u[density] * p.v[i][a];
+            if constexpr (has_velocity) u[momentum + a] = u[density] * p.v[i][a];
             for (int b = a; b < D; ++b) u[k++] = p.sigma[i](a, b);
             u[body_force + a] = p.b ? p.b[i][a] : 0.0;
         }
@@ -42,60 +48,93 @@ ORDO_FLAT inline int cell_along(const Lattice<D>& g, int a, double y)
     return g.periodic[a] ? cell : smaller(cell, g.margin + g.cells[a] - 1);
 }
 
-/// Adds particles [begin, end) to the contents of their cells and to the records of the cells within the weight's support.
-template <int D, int degree, int W>
-void spread_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* records, int begin, int end)
+/// Adds particles [begin, end) to the contents of their cells.
+template <int D>
+ORDO_FLAT inline void add_contents(const Sweep<D>& s, Lanes* contents, int begin, int end)
 {
-    using F          = CellFields<D>;
-    const Sweep<D> s = sweep;
     for (int i = begin; i < end; ++i) {
-        Vec<D> y{}, distance{};
         std::ptrdiff_t cell = 0;
-        for (int a = 0; a < D; ++a) {
-            y[a]         = s.lattice.cell_coordinate(a, s.p.x[i][a]);
-            const int at = cell_along(s.lattice, a, y[a]);
-            distance[a]  = y[a] - (at + 0.5);
-            cell += s.lattice.stride[a] * at;
-        }
         double mv[3] = {}, Vx[3] = {};
         for (int a = 0; a < D; ++a) {
+            cell += s.lattice.stride[a] * cell_along(s.lattice, a, s.lattice.cell_coordinate(a, s.p.x[i][a]));
             mv[a] = s.p.m[i] * s.p.v[i][a];
             Vx[a] = s.p.V[i] * s.p.x[i][a];
         }
         contents[cell] += make_lanes(mv[0], mv[1], mv[2], s.p.m[i], Vx[0], Vx[1], Vx[2], s.p.V[i]);
-        double u[F::count];
-        F::get(s.p, i, u);
-        if constexpr (W == 1)  // the cell alone, on its faces too
-            F::template Record<degree>::add(records + cell * F::template Record<degree>::size, distance, 1.0, u);
-        else
-            F::template Record<degree>::template spread<CellCenters, W>(s.lattice, records, y, u);
     }
 }
 
-/// Sets x, m, v, V, sigma and b of point k from values of the fields there.
-template <int D>
-ORDO_FLAT inline void set_point(const ParticleView<D>& q, int k, const Vec<D>& x, double V,
-                                const double (&u)[CellFields<D>::count])
+/// The same, and to the records of their cells for Taylor least squares: on a face to those of one cell too.
+template <int D, int degree>
+void spread_gauss_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* records, int begin, int end)
 {
-    using F   = CellFields<D>;
+    using F          = CellFields<D, true>;
+    using Record     = typename F::template Record<degree>;
+    const Sweep<D> s = sweep;
+    add_contents(s, contents, begin, end);
+    for (int i = begin; i < end; ++i) {
+        Vec<D> distance{};
+        std::ptrdiff_t cell = 0;
+        for (int a = 0; a < D; ++a) {
+            const double y = s.lattice.cell_coordinate(a, s.p.x[i][a]);
+            const int at   = cell_along(s.lattice, a, y);
+            distance[a]    = y - (at + 0.5);
+            cell += s.lattice.stride[a] * at;
+        }
+        double u[F::count];
+        F::get(s.p, i, u);
+        Record::add(records + cell * Record::size, distance, 1.0, u);
+    }
+}
+
+/// The same, and to the records of the cells within the support of quadratic weights.
+template <int D, int degree>
+void spread_one_point_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* records, int begin, int end)
+{
+    using F          = CellFields<D, false>;
+    const Sweep<D> s = sweep;
+    add_contents(s, contents, begin, end);
+    thread_local MomentWindows<D, degree, F::count, CellCenters, 3> windows;  // for its memory
+    for (int first = begin; first < end; first += Batch::size) {
+        const Batch b   = Batch::of(first, end);
+        Vec<D, Lanes> y = load(s.p.x, b);
+        for (int a = 0; a < D; ++a) y[a] = s.lattice.cell_coordinate(a, y[a]);
+        Lanes u[F::count]{};
+        for (int k = 0; k < Batch::size; ++k) {
+            double one[F::count];
+            F::get(s.p, b.particle(k), one);
+            for (int f = 0; f < F::count; ++f) u[f][k] = one[f];
+        }
+        windows.add(y, u, b.count);
+    }
+    windows.spread(s.lattice, records, F::used(s.p));
+}
+
+/// Sets x, m, v, V, sigma and b of point k from values of the fields there.
+template <int D, bool has_velocity>
+ORDO_FLAT inline void set_point(const ParticleView<D>& q, int k, const Vec<D>& x, double V,
+                                const double (&u)[CellFields<D, has_velocity>::count])
+{
+    using F   = CellFields<D, has_velocity>;
     q.x[k]    = x;
     q.V[k]    = V;
     q.m[k]    = u[F::density] * V;
     int entry = F::stress;
     for (int a = 0; a < D; ++a) {
-        q.v[k][a] = u[F::momentum + a] / u[F::density];
+        q.v[k][a] = has_velocity ? u[F::momentum + a] / u[F::density] : 0.0;
         for (int b = a; b < D; ++b) q.sigma[k](a, b) = q.sigma[k](b, a) = u[entry++];
         if (q.b) q.b[k][a] = u[F::body_force + a];
     }
 }
 
 /// The one point of a cell, at a distance from its centre in cells: least squares, degree 0 where the samples do not
-/// determine more (IMPM, Gong 2015, 5.7 and 5.8) or where the density would not be positive.
+/// determine more (IMPM, Gong 2015, 5.7 and 5.8) or where the density would not be positive. Velocities are left to the
+/// projection.
 template <int D, int degree>
 void set_cell_point(const Lanes* record, const Vec<D>& distance, const Vec<D>& x, double V, const ParticleView<D>& q, int k,
                     long& dropped)
 {
-    using F = CellFields<D>;
+    using F = CellFields<D, false>;
     using M = typename F::template Record<degree>;
     double matrix[M::unknowns][M::unknowns], row[M::unknowns], b[M::unknowns], u[F::count];
     M::matrix(record, matrix);
@@ -110,8 +149,7 @@ void set_cell_point(const Lanes* record, const Vec<D>& distance, const Vec<D>& x
     }
     if (fit.dropped > 0 || !(u[F::density] > 0))
         for (int f = 0; f < F::count; ++f) u[f] = M::mean(record, f);
-    for (int a = 0; a < D; ++a) u[F::momentum + a] = 0.0;  // velocities are left to the projection
-    set_point(q, k, x, V, u);
+    set_point<D, false>(q, k, x, V, u);
 }
 
 /// The Gauss points k, k + 1, ... of a cell: density and momentum that keep the mass and momentum inside, stress and body
@@ -122,7 +160,7 @@ template <int D, int degree>
 void set_gauss_points(const Lanes* record, const Lanes& content, const Vec<D>& center, const Vec<D>& h, double V, bool is_edge,
                       const ParticleView<D>& q, int k, long& dropped)
 {
-    using F              = CellFields<D>;
+    using F              = CellFields<D, true>;
     using Fit            = TaylorLeastSquares<D, degree, F::count>;
     constexpr int points = 1 << D;
     const Fit fit(record);
@@ -145,7 +183,7 @@ void set_gauss_points(const Lanes* record, const Lanes& content, const Vec<D>& c
         for (int a = 0; a < D; ++a) x[a] += d[a] * h[a];
         double u[F::count];
         for (int f = 0; f < F::count; ++f) u[f] = Fit::evaluate(c[f], d);
-        set_point(q, k + g, x, V / points, u);
+        set_point<D, true>(q, k + g, x, V / points, u);
     }
 }
 

@@ -9,16 +9,18 @@ namespace ordo {
 /// Points, and boxes of fixed size (uGIMP).
 template <int D>
 struct Rigid {
-    ORDO_HD static void apply(const Sweep<D>&, int) {}
+    ORDO_FLAT static void apply(const Sweep<D>&, const Batch&) {}
 };
 
 /// Boxes stretched by the diagonal of F (cpGIMP), Gong (2015) sec. 6.3.
 template <int D>
 struct StretchedBox {
-    ORDO_HD static void apply(const Sweep<D>& s, int i)
+    ORDO_FLAT static void apply(const Sweep<D>& s, const Batch& b)
     {
-        const ParticleView<D>& p = s.p;
-        for (int a = 0; a < D; ++a) p.half[i][a] = p.F[i](a, a) * p.half0[i][a];
+        const Mat<D, Lanes> F = load(s.p.F, b);
+        Vec<D, Lanes> half    = load(s.p.half0, b);
+        for (int a = 0; a < D; ++a) half[a] *= F(a, a);
+        store(s.p.half, b, half);
     }
 };
 
@@ -26,21 +28,24 @@ struct StretchedBox {
 /// them are scaled: Homel, Brannon & Guilkey (2016).
 template <int D>
 struct AffineEdges {
-    ORDO_HD static void apply(const Sweep<D>& s, int i)
+    ORDO_FLAT static void apply(const Sweep<D>& s, const Batch& b)
     {
-        Mat<D>& r = s.p.edges[i];
-        r         = s.p.F[i] * s.p.edges0[i];
-        if (!(s.stretch_limit > 0)) return;
-        const double reach      = corner_reach(s.lattice, r);
-        constexpr double within = 1 - 1e-15;  // round-off must not lift the limit above the largest reach there is
-        if (reach > s.stretch_limit) r *= within * s.stretch_limit / reach;
+        Mat<D, Lanes> r = load(s.p.F, b) * load(s.p.edges0, b);
+        if (s.stretch_limit > 0) {
+            constexpr double within = 1 - 1e-15;  // round-off must not lift the limit above the largest reach there is
+            r *= smaller(Lanes(1.0), Lanes(within * s.stretch_limit) / corner_reach(s.lattice, r));
+        }
+        store(s.p.edges, b, r);
     }
 };
 
 /// Particles that follow the corners of their cells: place and volume.
 template <class S>
 struct OfCorners {
-    ORDO_HD static void apply(const Sweep<S::dim>& s, int i) { s.p.x[i] = S::settle(s.lattice, s.p, i); }
+    ORDO_FLAT static void apply(const Sweep<S::dim>& s, const Batch& b)
+    {
+        for (int i = b.first; i < b.first + b.count; ++i) s.p.x[i] = S::settle(s.lattice, s.p, i);
+    }
 };
 
 }  // namespace ordo

@@ -3,9 +3,11 @@
 
 #include "kernels/cell_gradient.hpp"
 #include "kernels/sweep.hpp"
+#include "particles/batch.hpp"
 #include "shape/point.hpp"
 
 #include <cmath>
+#include <limits>
 
 namespace ordo {
 
@@ -19,7 +21,7 @@ enum GatherPart : unsigned {
 
 /// L from the gradients of the lanes of a node.
 template <int D>
-ORDO_FLAT inline Mat<D> velocity_gradient(const Lanes (&gradient)[D])
+ORDO_FLAT inline Mat<D> velocity_gradient(const Quad (&gradient)[D])
 {
     Mat<D> L{};
     for (int a = 0; a < D; ++a)
@@ -29,97 +31,170 @@ ORDO_FLAT inline Mat<D> velocity_gradient(const Lanes (&gradient)[D])
 
 /// The displacement gradient of a step with respect to its start, from dt L with respect to its end: the step back is
 /// I - dt L. Taking dt L itself would be first order. (I - dt L)^-1 - I, written so that small steps do not cancel.
-template <int D>
-ORDO_FLAT inline Mat<D> from_start(const Mat<D>& dtL)
+template <int D, class T>
+ORDO_FLAT inline Mat<D, T> from_start(const Mat<D, T>& dtL)
 {
-    return inverse(Mat<D>::identity() - dtL) * dtL;
+    return inverse(Mat<D, T>::identity() - dtL) * dtL;
 }
 
-/// F, sigma and V of particle i from dt L, the displacement gradient of the step with respect to its start.
+/// What the particles of a batch take from the nodes: velocity and its increment, and gradients of the velocity.
 template <int D>
-ORDO_FLAT inline void deform(const Sweep<D>& s, int i, const Mat<D>& dtL, TileReport& report)
-{
-    const ParticleView<D>& p = s.p;
-    const Mat<D> F           = p.F[i] + dtL * p.F[i];
-    const double J           = det(F);
-    p.F[i]                   = F;
-    if (!p.cell) p.V[i] = J * p.V0[i];  // a cell has the volume between its corners
-    if (!(J > 0)) report.flag(std::isfinite(J) ? Fault::inverted : Fault::not_finite, i);
-    with_material<D>(s.materials[p.material[i]], [&](const auto& law) {
-        if constexpr (Hyperelastic<std::decay_t<decltype(law)>>)
-            p.sigma[i] = law.cauchy(F);
-        else
-            p.sigma[i] = law.update(p.sigma[i], dtL);
-    });
-    if (!std::isfinite(trace(p.sigma[i]))) report.flag(Fault::not_finite, i);
-}
+struct FromNodes {
+    Lanes value[Batch::size];       ///< of particle k
+    Quad gradient[Batch::size][D];  ///< of particle k along each axis
 
-/// Particle i is at x from now on: notes how far it went and whether it is still in the grid.
-template <int D>
-ORDO_FLAT inline void place(const Sweep<D>& s, int i, const Vec<D>& x, TileReport& report)
-{
-    const ParticleView<D>& p = s.p;
-    for (int a = 0; a < D; ++a) {
-        report.move    = larger(report.move, std::fabs(x[a] - p.x[i][a]) * s.lattice.inv_h[a]);
-        p.x[i][a]      = x[a];
-        const double y = s.lattice.cell_coordinate(a, x[a]) - s.lattice.margin;
-        if (!std::isfinite(y))
-            report.flag(Fault::not_finite, i);
-        else if (!s.lattice.periodic[a] && !(y >= 0 && y <= s.lattice.cells[a]))
-            report.flag(Fault::left_grid, i);
+    /// Velocities and increments of all particles, m/s.
+    ORDO_FLAT void velocities(Vec<D, Lanes>& v, Vec<D, Lanes>& dv)
+    {
+        transpose(value);
+        for (int a = 0; a < D; ++a) {
+            v[a]  = value[NodeLane::velocity + a];
+            dv[a] = value[NodeLane::increment + a];
+        }
     }
+    /// L of all particles, 1/s.
+    ORDO_FLAT Mat<D, Lanes> velocity_gradients() const
+    {
+        Mat<D, Lanes> L;
+        for (int b = 0; b < D; b += 2) {
+            Lanes two[Batch::size];  // along two axes
+            for (int k = 0; k < Batch::size; ++k) two[k] = join(gradient[k][b], gradient[k][smaller(b + 1, D - 1)]);
+            transpose(two);
+            for (int a = 0; a < D; ++a) {
+                L(a, b) = two[NodeLane::velocity + a];
+                if (b + 1 < D) L(a, b + 1) = two[4 + NodeLane::velocity + a];
+            }
+        }
+        return L;
+    }
+};
+
+/// The stress of a batch after a step whose displacement gradient is dtL, Pa; particles may be of several materials.
+template <int D>
+ORDO_FLAT inline Mat<D, Lanes> new_stress(const Sweep<D>& s, const Batch& b, const Mat<D, Lanes>& F, const Mat<D, Lanes>& dtL)
+{
+    auto stress_of = [&](std::int32_t material) {
+        return with_material<D>(s.materials[material], [&](const auto& law) {
+            if constexpr (Hyperelastic<std::decay_t<decltype(law)>>)
+                return law.cauchy(F);
+            else
+                return law.update(load(s.p.sigma, b), dtL);
+        });
+    };
+    const std::int32_t* material = s.p.material + b.first;
+    Mat<D, Lanes> sigma          = stress_of(material[0]);
+    if (are_alike(s.p.material, b)) return sigma;
+    for (int k = 1; k < b.count; ++k) {
+        if (material[k] == material[k - 1]) continue;
+        const Mat<D, Lanes> other = stress_of(material[k]);
+        for (int j = k; j < b.count; ++j)
+            for (int c = 0; c < D * D; ++c) sigma(c / D, c % D)[j] = other(c / D, c % D)[j];
+    }
+    return sigma;
 }
 
-/// Notes how far the domain of particle i reaches.
-template <Shape S, int D>
-ORDO_FLAT inline void measure_reach(const Sweep<D>& s, int i, TileReport& report)
+/// Flags fault(k) where lane k of `sound` is negative or no number.
+template <class WhichFault>
+ORDO_FLAT inline void report_lanes(const Lanes& sound, const Batch& b, TileReport& report, WhichFault&& fault)
 {
-    const double reach = S::reach(s.lattice, s.p, i);
-    report.reach       = larger(report.reach, reach);
-    if (!(reach <= S::max_reach)) report.flag(std::isnan(reach) ? Fault::domain_turned : Fault::domain_too_wide, i);
+    if (none_negative(sound)) return;
+    for (int k = 0; k < b.count; ++k)
+        if (!(sound[k] >= 0)) report.flag(fault(k), b.first + k);
+}
+
+/// F, sigma and V of a batch from dt L, the displacement gradient of the step with respect to its start.
+template <int D>
+ORDO_FLAT inline void deform(const Sweep<D>& s, const Batch& b, const Mat<D, Lanes>& dtL, TileReport& report)
+{
+    const ParticleView<D>& p  = s.p;
+    const Mat<D, Lanes> start = load(p.F, b), F = start + dtL * start;
+    const Lanes J = det(F);
+    store(p.F, b, F);
+    if (!p.cell) store(p.V, b, J * load(p.V0, b));  // a cell has the volume between its corners
+    const Mat<D, Lanes> sigma = new_stress(s, b, F, dtL);
+    store(p.sigma, b, sigma);
+    const Lanes sound = J - std::numeric_limits<double>::min() + 0.0 * trace(sigma);  // not a number where the stress is none
+    report_lanes(sound, b, report, [&](int k) { return J[k] <= 0 ? Fault::inverted : Fault::not_finite; });
+}
+
+/// The particles of a batch are at x from now on: notes how far they went and whether they are still in the grid.
+template <int D>
+ORDO_FLAT inline void place(const Sweep<D>& s, const Batch& b, const Vec<D, Lanes>& x, Lanes& move, TileReport& report)
+{
+    const Vec<D, Lanes> from = load(s.p.x, b);
+    Lanes outside{}, sum{};
+    for (int a = 0; a < D; ++a) {
+        move = larger(move, fabs(x[a] - from[a]) * s.lattice.inv_h[a]);
+        sum += x[a];
+        if (s.lattice.periodic[a]) continue;
+        const Lanes y = (x[a] - Lanes(s.lattice.origin[a])) * s.lattice.inv_h[a];
+        outside       = larger(outside, larger(-y, y - Lanes(s.lattice.cells[a])));
+    }
+    store(s.p.x, b, x);
+    const Lanes sound = 0.0 * sum - outside;  // not a number where x is none
+    report_lanes(sound, b, report, [&](int k) { return std::isfinite(sum[k]) ? Fault::left_grid : Fault::not_finite; });
+}
+
+/// Notes how far the domains of a batch reach.
+template <Shape S, int D>
+ORDO_FLAT inline void measure_reach(const Sweep<D>& s, const Batch& b, Lanes& furthest, TileReport& report)
+{
+    const Lanes reach = S::reach(s.lattice, s.p, b);
+    furthest          = larger(furthest, reach);
+    report_lanes(S::max_reach - reach, b, report,
+                 [&](int k) { return std::isnan(reach[k]) ? Fault::domain_turned : Fault::domain_too_wide; });
 }
 
 /// The gather of particles [begin, end). Evolution is how the domain follows F.
 template <Shape S, class Evolution, unsigned parts>
 void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
 {
-    constexpr int D   = S::dim;
+    constexpr int D          = S::dim;
+    constexpr bool has_value = (parts & (kUpdateVelocity | kMove)) != 0, has_gradient = (parts & kUpdateStress) != 0;
     const Sweep<D> s  = sweep;  // copies that no store to a particle can alias
     TileReport report = out;
-    for (int i = begin; i < end; ++i) {
-        Lanes value{};
-        Mat<D> dtL{};
-        if constexpr ((parts & kUpdateStress) != 0) {
-            if (s.gradients && interpolate_gradient(s, i, dtL)) {
-                if constexpr ((parts & (kUpdateVelocity | kMove)) != 0) S::collect_value(s.lattice, s.p, i, s.nodes, value);
+    Lanes move(report.move), reach(report.reach);
+    for (int first = begin; first < end; first += Batch::size) {
+        const Batch b = Batch::of(first, end);
+        FromNodes<D> nodes{};
+        for_each_stencil<S>(s.lattice, s.p, b, [&](int k, const auto& stencil) {
+            Lanes value{};
+            Quad gradient[D] = {};
+            Mat<D> L{};
+            if (!has_gradient) {
+                collect_value(stencil, s.lattice, s.nodes, value);
+            } else if (s.gradients && interpolate_gradient(s, b.first + k, L)) {
+                if (has_value) collect_value(stencil, s.lattice, s.nodes, value);
+                for (int c = 0; c < D * D; ++c) gradient[c % D][NodeLane::velocity + c / D] = L(c / D, c % D);
             } else {
-                Lanes gradient[D] = {};
-                S::collect(s.lattice, s.p, i, s.nodes, value, gradient);
-                dtL = velocity_gradient(gradient);
+                collect(stencil, s.lattice, s.nodes, value, gradient);
             }
-            if (s.keeps_gradient) s.p.L[i] = dtL;
-            dtL *= s.dt;
-        } else {
-            S::collect_value(s.lattice, s.p, i, s.nodes, value);
-        }
-        Vec<D> v{}, dv{};
-        for (int a = 0; a < D; ++a) {
-            v[a]  = value[NodeLane::velocity + a];
-            dv[a] = value[NodeLane::increment + a];
-        }
+            nodes.value[k] = value;
+            for (int d = 0; d < D; ++d) nodes.gradient[k][d] = gradient[d];
+        });
+        Vec<D, Lanes> v, dv;
+        if constexpr (has_value) nodes.velocities(v, dv);
         if constexpr ((parts & kUpdateVelocity) != 0) {
-            s.p.v[i] = (1 - s.pic) * (s.p.v[i] + dv) + s.pic * v;
-            if (!std::isfinite(dot(s.p.v[i], s.p.v[i]))) report.flag(Fault::not_finite, i);
+            const Vec<D, Lanes> next = Lanes(1 - s.pic) * (load(s.p.v, b) + dv) + Lanes(s.pic) * v;
+            store(s.p.v, b, next);
+            report_lanes(0.0 * dot(next, next), b, report, [](int) { return Fault::not_finite; });
         }
-        if constexpr ((parts & kStressOfPast) != 0) dtL = from_start(dtL);
-        if constexpr ((parts & kUpdateStress) != 0) deform(s, i, dtL, report);
+        if constexpr (has_gradient) {
+            Mat<D, Lanes> dtL = nodes.velocity_gradients();
+            if (s.keeps_gradient) store(s.p.L, b, dtL);
+            dtL *= Lanes(s.dt);
+            if constexpr ((parts & kStressOfPast) != 0) dtL = from_start(dtL);
+            deform(s, b, dtL, report);
+        }
         if constexpr ((parts & kMove) != 0) {
-            place(s, i, s.p.x[i] + s.dt * v, report);
-            Evolution::apply(s, i);
-            measure_reach<S>(s, i, report);
+            place(s, b, load(s.p.x, b) + Lanes(s.dt) * v, move, report);
+            Evolution::apply(s, b);
+            measure_reach<S>(s, b, reach, report);
         }
     }
-    out = report;
+    report.move  = largest(move);
+    report.reach = largest(reach);
+    out          = report;
 }
 
 /// Shared corners [begin, end) move with the nodes: x_c += dt sum N_i(x_c) v_i; velocities of samples as those of particles.
@@ -148,13 +223,23 @@ void move_corners(const Sweep<D>& sweep, std::ptrdiff_t begin, std::ptrdiff_t en
 template <Shape S>
 void follow_corners(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
 {
-    const Sweep<S::dim> s = sweep;
-    TileReport report     = out;
-    for (int i = begin; i < end; ++i) {
-        place(s, i, S::settle(s.lattice, s.p, i), report);
-        measure_reach<S>(s, i, report);
+    constexpr int D   = S::dim;
+    const Sweep<D> s  = sweep;
+    TileReport report = out;
+    Lanes move(report.move), reach(report.reach);
+    for (int first = begin; first < end; first += Batch::size) {
+        const Batch b = Batch::of(first, end);
+        Vec<D, Lanes> x;
+        for (int k = 0; k < Batch::size; ++k) {
+            const Vec<D> at = S::settle(s.lattice, s.p, b.particle(k));
+            for (int a = 0; a < D; ++a) x[a][k] = at[a];
+        }
+        place(s, b, x, move, report);
+        measure_reach<S>(s, b, reach, report);
     }
-    out = report;
+    report.move  = largest(move);
+    report.reach = largest(reach);
+    out          = report;
 }
 
 }  // namespace ordo

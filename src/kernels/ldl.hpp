@@ -1,18 +1,19 @@
 // The small symmetric systems of least squares: LDL^T that drops the pivots which the samples do not determine.
 #pragma once
 
-#include "base/config.hpp"
+#include "base/vec.hpp"
 
 namespace ordo {
 
 /// L D L^T = M for a positive semi-definite M of N unknowns. Pivot j is dropped, with its column of L, where
-/// D_j <= tolerance M_jj: unknown j is then zero and the others are the least-squares fit without it.
+/// D_j <= tolerance M_jj, or where it may be round-off of what small pivots before it were made of, D_j <= 1e-14 L_jk^2 M_kk of any
+/// k: unknown j is then zero and the others are the least-squares fit without it.
 ///
 /// With M the moments of monomials this is the improved moving least squares of Tran et al. (2019, sec. 2.4): the rows of
 /// L^-1 are the orthogonalised monomials, D_j = <p_j, p_j>, and a p_j with <p_j, p_j> = 0 is left out.
 template <int N>
 struct Ldl {
-    static constexpr double usual_tolerance = 1e-12;
+    static constexpr double usual_tolerance = 1e-12, round_off = 1e-14;
 
     double L[N][N];
     double D[N];      ///< 0 where dropped
@@ -22,9 +23,12 @@ struct Ldl {
     ORDO_HD explicit Ldl(const double (&M)[N][N], double tolerance = usual_tolerance)
     {
         for (int j = 0; j < N; ++j) {
-            double d = M[j][j];
-            for (int k = 0; k < j; ++k) d -= L[j][k] * L[j][k] * D[k];
-            const bool is_dropped = d <= tolerance * M[j][j];  // not where it is not a number
+            double d = M[j][j], noise = tolerance * d;
+            for (int k = 0; k < j; ++k) {
+                d -= L[j][k] * L[j][k] * D[k];
+                noise = larger(noise, round_off * L[j][k] * L[j][k] * M[k][k]);
+            }
+            const bool is_dropped = d <= noise;  // not where it is not a number
             D[j]                  = is_dropped ? 0.0 : d;
             dropped += is_dropped;
             for (int i = j + 1; i < N; ++i) {

@@ -19,104 +19,146 @@ class MomentWindows {
     using M = Moments<D, degree, fields>;
 
   public:
-    /// A sample at cell coordinates y.
-    void add(const Vec<D>& y, const double (&u)[fields])
+    /// Samples at cell coordinates y with values u, in the first `count` lanes; the others must repeat some of them.
+    ORDO_FLAT void add(const Vec<D, Lanes>& y, const Lanes (&u)[fields], int count)
     {
-        Sample s{};
+        if (kept_[0].size() < static_cast<std::size_t>(count_) + 8)
+            for (auto& numbers : kept_) numbers.resize(2 * numbers.size() + 64);
         for (int a = 0; a < D; ++a) {
-            s.first[a] = Places::template first<W>(y[a]);
-            s.place[a] = Places::distance(y[a], s.first[a]) - middle;
+            Lanes place;
+            const Lanes first = Places::template first<W>(y[a], place);
+            keep(a, first);
+            keep(D + a, place - middle);
+            low_[a]  = count_ == 0 ? first : smaller(low_[a], first);
+            high_[a] = count_ == 0 ? first : larger(high_[a], first);
         }
-        for (int f = 0; f < fields; ++f) s.u[f] = u[f];
-        samples_.push_back(s);
+        for (int f = 0; f < fields; ++f) keep(2 * D + f, u[f]);
+        count_ += count;
     }
 
-    /// Adds all samples to the records of their targets and forgets them. The sums have one order, that of the samples.
-    void spread(const Lattice<D>& g, Lanes* records)
+    /// Adds all samples to the records of their targets and forgets them; fields from `used` on are left out. The sums have
+    /// one order, that of the samples.
+    void spread(const Lattice<D>& g, Lanes* records, int used = fields)
     {
-        if (samples_.empty()) return;
+        if (count_ == 0) return;
+        used_ = M::products + used * M::unknowns;
+        for (int t = 0; t < targets; ++t) offset_[t] = g.offset(window.place[t]) * M::size;
         sort();
         for (std::size_t w = 0; w + 1 < begin_.size(); ++w)
             if (begin_[w] < begin_[w + 1]) add_window(g, records, begin_[w], begin_[w + 1]);
-        samples_.clear();
+        count_ = 0;
     }
 
   private:
-    struct Sample {
-        Vec<D> place;  ///< from the middle of the window, cells: -1/2 to 1/2
-        double u[fields];
-        Index<D> first;
-    };
-
     static constexpr double middle = 0.5 * (W - 1);
     static constexpr int targets   = power_of(W, D);
     static constexpr int parts     = (targets + 7) / 8;  ///< Lanes of one number for all targets
-    static constexpr int batch     = 16;                 ///< samples whose weights and numbers are kept at hand
+    static constexpr int batch     = 32;                 ///< samples whose weights and numbers are kept at hand
+#if defined(__AVX512F__)
+    static constexpr int registers = 24;  ///< for sums
+#else
+    static constexpr int registers = 6;
+#endif
 
     using Sums = Lanes[M::size * 8][parts];
+
+    ORDO_FLAT void keep(int number, const Lanes& value) { __builtin_memcpy(kept_[number].data() + count_, &value, sizeof value); }
+    ORDO_FLAT double first(int a, int sample) const { return kept_[a][sample]; }
 
     /// Finds the order by windows: the samples of window w are those from order_[begin_[w]] on.
     void sort()
     {
-        Index<D> lo = samples_.front().first, hi = lo;
-        for (const Sample& s : samples_)
-            for (int a = 0; a < D; ++a) {
-                lo[a] = smaller(lo[a], s.first[a]);
-                hi[a] = larger(hi[a], s.first[a]);
-            }
-        auto window = [&](const Sample& s) {
-            int w = 0;
-            for (int a = D - 1; a >= 0; --a) w = w * (hi[a] - lo[a] + 1) + s.first[a] - lo[a];
-            return w;
-        };
+        std::array<int, D> low, step;
         int windows = 1;
-        for (int a = 0; a < D; ++a) windows *= hi[a] - lo[a] + 1;
+        for (int a = 0; a < D; ++a) {
+            low[a]  = static_cast<int>(-largest(-low_[a]));
+            step[a] = windows;
+            windows *= static_cast<int>(largest(high_[a])) - low[a] + 1;
+        }
+        window_.resize(kept_[0].size());
         begin_.assign(windows + 1, 0);
-        for (const Sample& s : samples_) ++begin_[window(s)];
+        for (int i = 0; i < count_; i += 8) {
+            Lanes w{};
+            for (int a = 0; a < D; ++a) {
+                Lanes first;
+                __builtin_memcpy(static_cast<void*>(&first), &kept_[a][i], sizeof first);
+                w += (first - low[a]) * step[a];
+            }
+            to_int(w, &window_[i]);
+        }
+        for (int i = 0; i < count_; ++i) ++begin_[window_[i]];
         for (int w = 0, sum = 0; w <= windows; ++w) begin_[w] = sum += begin_[w];
-        order_.resize(samples_.size());
-        for (std::size_t i = samples_.size(); i-- > 0;) order_[--begin_[window(samples_[i])]] = static_cast<int>(i);
+        order_.resize(count_);
+        for (int i = count_; i-- > 0;) order_[--begin_[window_[i]]] = i;
     }
 
-    /// Samples [begin, end), all of one window.
+    /// Samples [begin, end) of the order, all of one window.
     void add_window(const Lattice<D>& g, Lanes* records, int begin, int end) const
     {
         Sums sums{};
         for (int i = begin; i < end; i += batch) add_batch(sums, i, smaller(i + batch, end));
         shift(sums);
-        Lanes* first = records + g.offset(samples_[order_[begin]].first) * M::size;
+        Index<D> at{};
+        for (int a = 0; a < D; ++a) at[a] = static_cast<int>(first(a, order_[begin]));
+        Lanes* to = records + g.offset(at) * M::size;
         for (int q = 0; q < parts; ++q)
-            for (int part = 0; part < M::size; ++part) {
+            for (int part = 0; part < M::size && 8 * part < used_; ++part) {
                 Lanes block[8];  // eight numbers of eight targets
                 for (int n = 0; n < 8; ++n) block[n] = sums[8 * part + n][q];
                 transpose(block);
-                for (int t = 8 * q; t < smaller(8 * q + 8, targets); ++t) {
-                    std::ptrdiff_t target = 0;
-                    for (int a = 0; a < D; ++a) target += g.stride[a] * steps.place[t][a];
-                    first[target * M::size + part] += block[t % 8];
-                }
+                for (int k = 0; k < smaller(8, targets - 8 * q); ++k) to[offset_[8 * q + k] + part] += block[k];
             }
     }
 
-    /// sums += weight of each target times each number, over samples [begin, end).
+    /// sums += weight of each target times each number, over samples [begin, end) of the order.
     void add_batch(Sums& sums, int begin, int end) const
     {
-        constexpr int most = parts > 8 ? 1 : 24 / parts;  // numbers whose sums fit the registers
-        double row[batch][D][W], number[batch][M::numbers];
+        constexpr int most = smaller(larger(registers / parts, 1), M::numbers);  // numbers whose sums fit the registers
         Lanes weight[batch][parts];
-        for (int i = begin; i < end; ++i) {
-            const Sample& s = samples_[order_[i]];
-            for (int a = 0; a < D; ++a) spline_row<W>(s.place[a] + middle, row[i - begin][a]);
-            M::evaluate(s.place, s.u, number[i - begin]);
+        alignas(64) double number[M::numbers][batch];
+        for (int i = 0; i < end - begin; i += 8)
+            prepare(order_.data() + begin + i, smaller(8, end - begin - i), i, weight, number);
+        int n = 0;
+        for (; n + most <= used_; n += most) add_products<most>(sums, n, weight, number, end - begin);
+        for (; n < used_; ++n) add_products<1>(sums, n, weight, number, end - begin);
+    }
+
+    /// Weights and numbers of up to eight samples, which become i, i + 1, ... of the batch; of spare ones too.
+    ORDO_FLAT void prepare(const int* sample, int count, int i, Lanes (&weight)[batch][parts],
+                           double (&number)[M::numbers][batch]) const
+    {
+        int at[8];
+        for (int k = 0; k < 8; ++k) at[k] = sample[smaller(k, count - 1)];
+        auto get = [&](int kept) {
+            const double* p = kept_[kept].data();
+            return make_lanes(p[at[0]], p[at[1]], p[at[2]], p[at[3]], p[at[4]], p[at[5]], p[at[6]], p[at[7]]);
+        };
+        Vec<D, Lanes> place;
+        Lanes u[fields], numbers[M::numbers], row[D][W];
+        for (int a = 0; a < D; ++a) {
+            place[a] = get(D + a);
+            spline_row<W>(place[a] + middle, row[a]);
         }
-        for (int i = 0; i < end - begin; ++i) set_weights(row[i], weight[i]);
-        constexpr int rest = M::numbers % most;
-        for (int n = 0; n < M::numbers - rest; n += most) add_products<most>(sums, n, weight, number, end - begin);
-        if constexpr (rest > 0) add_products<rest>(sums, M::numbers - rest, weight, number, end - begin);
+        for (int f = 0; f < fields; ++f) u[f] = get(2 * D + f);
+        M::evaluate(place, u, numbers);
+        for (int n = 0; n < M::numbers; ++n) __builtin_memcpy(&number[n][i], &numbers[n], sizeof(Lanes));
+
+        Lanes outer[power_of(W, D - 1) + 1];  // products of the weights along the other axes, and zero for spare targets
+        outer[power_of(W, D - 1)] = Lanes{};
+        for (int k = 0; k < power_of(W, D - 1); ++k) {
+            outer[k] = D > 1 ? row[D > 1][k % W] : Lanes(1.0);
+            if constexpr (D > 2) outer[k] *= row[2][k / W];
+        }
+        for (int q = 0; q < parts; ++q) {
+            Lanes block[8];  // eight targets of eight samples
+            for (int k = 0; k < 8; ++k) block[k] = outer[window.outer[8 * q + k]] * row[0][window.place[8 * q + k][0]];
+            transpose(block);
+            for (int k = 0; k < 8; ++k) weight[i + k][q] = block[k];
+        }
     }
     template <int count>
-    static void add_products(Sums& sums, int n, const Lanes (&weight)[batch][parts], const double (&number)[batch][M::numbers],
-                             int samples)
+    ORDO_FLAT static void add_products(Sums& sums, int n, const Lanes (&weight)[batch][parts],
+                                       const double (&number)[M::numbers][batch], int samples)
     {
         Lanes sum[count][parts];
 #pragma GCC unroll 24
@@ -127,7 +169,7 @@ class MomentWindows {
 #pragma GCC unroll 24
             for (int k = 0; k < count; ++k)
 #pragma GCC unroll 8
-                for (int q = 0; q < parts; ++q) sum[k][q] += weight[i][q] * number[i][n + k];
+                for (int q = 0; q < parts; ++q) sum[k][q] += weight[i][q] * number[n + k][i];
         }
 #pragma GCC unroll 24
         for (int k = 0; k < count; ++k)
@@ -135,68 +177,78 @@ class MomentWindows {
             for (int q = 0; q < parts; ++q) sums[n + k][q] = sum[k][q];
     }
 
-    /// The weight of a sample at each target, the first axis fastest; spare lanes are zero.
-    static void set_weights(const double (&row)[D][W], Lanes (&weight)[parts])
-    {
-        auto* w = reinterpret_cast<double*>(weight);
-        if constexpr (targets % 8 != 0) weight[parts - 1] = Lanes{};
-        if constexpr (D == 1)
-            for (int i = 0; i < W; ++i) w[i] = row[0][i];
-        if constexpr (D == 2)
-            for (int j = 0; j < W; ++j)
-                for (int i = 0; i < W; ++i) w[j * W + i] = row[1][j] * row[0][i];
-        if constexpr (D == 3)
-            for (int k = 0; k < W; ++k)
-                for (int j = 0; j < W; ++j) {
-                    const double outer = row[2][k] * row[1][j];
-                    for (int i = 0; i < W; ++i) w[(k * W + j) * W + i] = outer * row[0][i];
-                }
-    }
-
     /// Moments about the middle of the window become those about each target: axis by axis, m(e) -= d m(e - 1) for powers e
     /// from the highest down to 1, 2, ..., which makes (s - d)^e of s^e.
-    static void shift(Sums& sums)
+    ORDO_FLAT static void shift(Sums& sums)
     {
-        for (int a = 0; a < D; ++a)
-            for (const auto& [to, from] : steps.of[a])
-                for (int q = 0; q < parts; ++q) sums[to][q] += sums[from][q] * steps.back[a][q];
+        static constexpr Steps steps;
+        auto step = [&](int n) {
+            for (int q = 0; q < parts; ++q) {
+                Lanes back;
+                __builtin_memcpy(static_cast<void*>(&back), window.back[steps.axis[n]][q], sizeof back);
+                sums[steps.to[n]][q] += sums[steps.from[n]][q] * back;
+            }
+        };
+        if constexpr (parts <= 2) {  // few parts stay in registers
+#pragma GCC unroll 64
+            for (int n = 0; n < steps.count; ++n) step(n);
+        } else {
+            for (int n = 0; n < steps.count; ++n) step(n);
+        }
     }
-    struct Step {
-        int to, from;
-    };
     struct Steps {
-        Index<D> place[targets]{};  ///< of the targets in their window
-        std::array<std::vector<Step>, D> of;
-        Lanes back[D][parts]{};  ///< from the targets to the middle
+        static constexpr int most = 1 + M::numbers * D * 2 * degree;  // each as often as its power
 
-        Steps()
+        int count = 0;
+        int axis[most]{}, to[most]{}, from[most]{};
+
+        constexpr Steps()
         {
-            int t = 0;
-            IndexBox<D>{{}, Index<D>::filled(W)}.for_each([&](const Index<D>& k) {
-                for (int a = 0; a < D; ++a) back[a][t / 8][t % 8] = middle - k[a];
-                place[t++] = k;
-            });
             for (int a = 0; a < D; ++a) {
                 add<2 * degree>(a, 0);
                 for (int f = 0; f < fields; ++f) add<degree>(a, M::products + f * M::unknowns);
             }
         }
         template <int highest>
-        void add(int a, int offset)
+        constexpr void add(int a, int offset)
         {
             constexpr Monomials<D, highest> all;
             for (int lowest = 1; lowest <= highest; ++lowest)
                 for (int e = highest; e >= lowest; --e)
                     for (int k = 0; k < all.count; ++k) {
                         Index<D> down = all.exponent[k];
-                        if (down[a]-- == e) of[a].push_back({offset + k, offset + all.find(down)});
+                        if (down[a]-- != e) continue;
+                        axis[count]   = a;
+                        to[count]     = offset + k;
+                        from[count++] = offset + all.find(down);
                     }
         }
     };
-    static inline const Steps steps{};
 
-    std::vector<Sample> samples_;
-    std::vector<int> order_, begin_;
+    /// The targets of a window, the first axis fastest.
+    struct Window {
+        Index<D> place[8 * parts]{};
+        int outer[8 * parts]{};                  ///< the place along the axes beyond the first, W^(D-1) of spare ones
+        alignas(64) double back[D][parts][8]{};  ///< from the targets to the middle
+
+        constexpr Window()
+        {
+            for (int t = 0; t < 8 * parts; ++t) outer[t] = t < targets ? t / W : power_of(W, D - 1);
+            for (int t = 0; t < targets; ++t)
+                for (int a = 0, left = t; a < D; ++a, left /= W) {
+                    place[t][a]           = left % W;
+                    back[a][t / 8][t % 8] = middle - place[t][a];
+                }
+        }
+    };
+    static constexpr Window window{};
+
+    // Of sample i: first target and place from the middle of the window along each axis, cells; values of the fields.
+    std::array<std::vector<double>, 2 * D + fields> kept_;
+    Vec<D, Lanes> low_{}, high_{};  ///< bounds of the first targets
+    int count_ = 0, used_ = 0;
+    std::vector<int> window_, order_, begin_;
+    std::array<std::ptrdiff_t, targets> offset_;  ///< of the records of targets from that of the first one
 };
 
 }  // namespace ordo

@@ -29,9 +29,10 @@ struct Moments {
     using Record = Lanes[size];
 
     /// What a sample of weight 1 at a distance from the target adds to its record.
-    ORDO_HD static void evaluate(const Vec<D>& distance, const double (&u)[fields], double (&number)[numbers])
+    template <class T>
+    ORDO_FLAT static void evaluate(const Vec<D, T>& distance, const T (&u)[fields], T (&number)[numbers])
     {
-        double p[products];
+        T p[products];
         Monomials<D, 2 * degree>::evaluate(distance, p);
         for (int k = 0; k < products; ++k) number[k] = p[k];
         for (int f = 0; f < fields; ++f)

@@ -36,16 +36,17 @@ struct Monomials {
     }
 
     /// The values at y.
-    ORDO_HD static void evaluate(const Vec<D>& y, double (&p)[count])
+    template <class T>
+    ORDO_FLAT static void evaluate(const Vec<D, T>& y, T (&p)[count])
     {
         constexpr Monomials all;  // one of its own, for devices
-        double power[D][degree + 1];
+        T power[D][degree + 1];
         for (int a = 0; a < D; ++a) {
-            power[a][0] = 1.0;
+            power[a][0] = T(1.0);
             for (int e = 1; e <= degree; ++e) power[a][e] = power[a][e - 1] * y[a];
         }
         for (int k = 0; k < count; ++k) {
-            p[k] = 1.0;
+            p[k] = T(1.0);
             for (int a = 0; a < D; ++a) p[k] *= power[a][all.exponent[k][a]];
         }
     }

@@ -48,10 +48,13 @@ void velocities(Lanes* nodes, const Tiles<D>& tiles)
     });
 }
 
-/// a_i = f_i/m_i + g; the increment dt a_i replaces the force; v_i += dt a_i. With `is_solved` the nodes hold accelerations
-/// already where they else hold forces.
+/// What `advance` finds in a node: velocity and force, momentum and force, or velocity and acceleration.
+enum class NodeState { velocity, momentum, solved };
+
+/// a_i = f_i/m_i + g; the increment dt a_i replaces the force, or the acceleration; v_i += dt a_i, from (m v)_i/m_i where
+/// nodes hold momenta.
 template <int D>
-void advance(Lanes* nodes, const Tiles<D>& tiles, const Vec<D>& gravity, double dt, bool is_solved)
+void advance(Lanes* nodes, const Tiles<D>& tiles, const Vec<D>& gravity, double dt, NodeState state)
 {
     const Vec<3> g = padded(dt * gravity);
     tiles.for_each_node_run([=](std::ptrdiff_t first, std::ptrdiff_t end) {
@@ -59,9 +62,9 @@ void advance(Lanes* nodes, const Tiles<D>& tiles, const Vec<D>& gravity, double 
             Lanes& n       = nodes[i];
             const double m = n[NodeLane::mass];
             if (!(m > 0)) continue;
-            const double s = is_solved ? dt : dt / m;
-            const double x = s * n[4] + g[0], y = s * n[5] + g[1], z = s * n[6] + g[2];
-            n += make_lanes(x, y, z, 0, x - n[4], y - n[5], z - n[6], 0);
+            const double s = state == NodeState::momentum ? 1 / m : 1.0, f = state == NodeState::solved ? dt : dt / m;
+            const double x = f * n[4] + g[0], y = f * n[5] + g[1], z = f * n[6] + g[2];
+            n = n * make_lanes(s, s, s, 1, 0, 0, 0, 1) + make_lanes(x, y, z, 0, x, y, z, 0);
         }
     });
 }

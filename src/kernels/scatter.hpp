@@ -76,13 +76,16 @@ template <Shape S, class... Deposit>
 void scatter(const Sweep<S::dim>& sweep, int begin, int end)
 {
     const Sweep<S::dim> s = sweep;  // a copy that no store to a node can alias
-    for (int i = begin; i < end; ++i) {
-        Lanes value{}, flux[S::dim] = {};
-        (Deposit::add(s.p, i, value, flux), ...);
-        if constexpr ((Deposit::has_flux || ...))
-            S::spread(s.lattice, s.p, i, s.nodes, value, flux);
-        else
-            S::spread_value(s.lattice, s.p, i, s.nodes, value);
+    for (int first = begin; first < end; first += Batch::size) {
+        const Batch b = Batch::of(first, end);
+        for_each_stencil<S>(s.lattice, s.p, b, [&](int k, const auto& stencil) {
+            Lanes value{}, flux[S::dim] = {};
+            (Deposit::add(s.p, b.first + k, value, flux), ...);
+            if constexpr ((Deposit::has_flux || ...))
+                spread(stencil, s.lattice, s.nodes, value, flux);
+            else
+                spread_value(stencil, s.lattice, s.nodes, value);
+        });
     }
 }
 

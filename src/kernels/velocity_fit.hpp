@@ -3,87 +3,103 @@
 
 #include "kernels/moment_windows.hpp"
 #include "kernels/sweep.hpp"
+#include "particles/batch.hpp"
+#include "shape/corners.hpp"
 
 #include <limits>
 
 namespace ordo {
 
-/// The samples of a particle, each of which counts 1: the particle and, with corners, the corners of its domain with
-/// v_p + L_p (x_c - x_p), or of a cell those that it stands for with velocities of their own.
+/// The samples of a particle beside itself, lane by lane: the corners of its domain with v_p + L_p (x_c - x_p), or of a cell
+/// those that it stands for with velocities of their own. Each counts 1, as the particle does.
 template <int D>
-struct ParticleSamples {
-    static constexpr int corners = 1 << D;
+struct CornerSamples {
+    int count = 0;
+    Vec<D, Lanes> x{}, v{};
 
-    int count = 1;
-    Vec<D> x[1 + corners], v[1 + corners];
-
-    ORDO_FLAT ParticleSamples(const Lattice<D>& g, const ParticleView<D>& p, int i, bool with_corners)
+    ORDO_FLAT CornerSamples(const Lattice<D>& g, const ParticleView<D>& p, int i)
     {
-        x[0] = p.x[i];
-        v[0] = p.v[i];
-        if (!with_corners) return;
         if (p.cell) {
             add_shared(g, p, i);
             return;
         }
+        count = 1 << D;
         Mat<D> r{};
         for (int a = 0; a < D; ++a) r(a, a) = p.edges ? 0.0 : p.half[i][a];
         if (p.edges) r = p.edges[i];
         const Mat<D> Lr = p.L[i] * r;
-        for (int c = 0; c < corners; ++c) {
-            x[count] = x[0];
-            v[count] = v[0];
+        for (int a = 0; a < D; ++a) {
+            x[a] = Lanes(p.x[i][a]);
+            v[a] = Lanes(p.v[i][a]);
             for (int d = 0; d < D; ++d) {
-                const double sign = c >> d & 1 ? 1.0 : -1.0;
-                x[count] += sign * column(r, d);
-                v[count] += sign * column(Lr, d);
+                x[a] += corner_side(d) * r(a, d);
+                v[a] += corner_side(d) * Lr(a, d);
             }
-            ++count;
         }
     }
 
   private:
     ORDO_FLAT void add_shared(const Lattice<D>& g, const ParticleView<D>& p, int i)
     {
-        for (int c = 0; c < corners; ++c) {
+        for (int c = 0; c < 1 << D; ++c) {
             if (!(p.samples[i] >> c & 1)) continue;
-            x[count] = p.corner[p.cell[i][c]];
-            v[count] = p.corner_velocity[p.cell[i][c]];
-            for (int a = 0; a < D; ++a)
-                if (g.periodic[a]) x[count][a] -= p.turns[i][a] * (g.cells[a] * g.h[a]);
+            for (int a = 0; a < D; ++a) {
+                x[a][count] = p.corner[p.cell[i][c]][a];
+                v[a][count] = p.corner_velocity[p.cell[i][c]][a];
+                if (g.periodic[a]) x[a][count] -= p.turns[i][a] * (g.cells[a] * g.h[a]);
+            }
             ++count;
         }
+        for (int k = count; k < 8 && count > 0; ++k)  // spare lanes repeat one
+            for (int a = 0; a < D; ++a) {
+                x[a][k] = x[a][0];
+                v[a][k] = v[a][0];
+            }
     }
 };
+
+/// add(x, v, count) with the samples of particles [begin, end) in the first `count` lanes.
+template <int D, class Add>
+ORDO_FLAT inline void for_each_samples(const Sweep<D>& s, bool with_corners, int begin, int end, Add&& add)
+{
+    for (int first = begin; first < end; first += Batch::size) {
+        const Batch b = Batch::of(first, end);
+        add(load(s.p.x, b), load(s.p.v, b), b.count);
+        for (int i = first; i < first + b.count && with_corners; ++i) {
+            const CornerSamples<D> corners(s.lattice, s.p, i);
+            if (corners.count > 0) add(corners.x, corners.v, corners.count);
+        }
+    }
+}
 
 /// Adds the samples of particles [begin, end) to the records of the nodes.
 template <int D, int degree, class Places, int W>
 void spread_velocity(const Sweep<D>& sweep, Lanes* records, bool with_corners, int begin, int end)
 {
     const Sweep<D> s = sweep;
-    auto for_each    = [&](auto&& add) {
-        for (int i = begin; i < end; ++i) {
-            const ParticleSamples<D> samples(s.lattice, s.p, i, with_corners);
-            for (int k = 0; k < samples.count; ++k) {
-                Vec<D> y{};
-                for (int a = 0; a < D; ++a) y[a] = s.lattice.cell_coordinate(a, samples.x[k][a]);
-                add(y, samples.v[k].c);
-            }
-        }
+    auto coordinates = [&](Vec<D, Lanes> x) {
+        for (int a = 0; a < D; ++a) x[a] = s.lattice.cell_coordinate(a, x[a]);
+        return x;
     };
-    // Windows cost more than they save where few samples share one, or few targets.
-    constexpr bool has_windows = Places::is_even && (D == 3 || (D == 2 && W == 4));
-    if constexpr (has_windows) {
-        if (with_corners) {
-            thread_local MomentWindows<D, degree, D, Places, W> windows;  // for its memory
-            for_each([&](const Vec<D>& y, const double(&v)[D]) { windows.add(y, v); });
-            windows.spread(s.lattice, records);
-            return;
-        }
+    if constexpr (Places::is_even && D > 1) {
+        thread_local MomentWindows<D, degree, D, Places, W> windows;  // for its memory
+        for_each_samples(s, with_corners, begin, end, [&](const Vec<D, Lanes>& x, const Vec<D, Lanes>& v, int count) {
+            windows.add(coordinates(x), v.c, count);
+        });
+        windows.spread(s.lattice, records);
+    } else {
+        for_each_samples(s, with_corners, begin, end, [&](const Vec<D, Lanes>& x, const Vec<D, Lanes>& v, int count) {
+            const Vec<D, Lanes> y = coordinates(x);
+            for (int k = 0; k < count; ++k) {
+                Vec<D> at, value;
+                for (int a = 0; a < D; ++a) {
+                    at[a]    = y[a][k];
+                    value[a] = v[a][k];
+                }
+                Moments<D, degree, D>::template spread<Places, W>(s.lattice, records, at, value.c);
+            }
+        });
     }
-    for_each([&](const Vec<D>& y, const double(&v)[D]) {
-        Moments<D, degree, D>::template spread<Places, W>(s.lattice, records, y, v);
-    });
 }
 
 /// The mass of a node that has a velocity but no mass.

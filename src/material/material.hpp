@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/dual.hpp"
+#include "base/lane_math.hpp"
 #include "base/vec.hpp"
 
 #include <cmath>
@@ -80,25 +81,26 @@ struct JaumannElastic {
     double lambda, mu;
 
     /// The stress after a step; G is the displacement gradient of the step with respect to its start, dt L.
-    template <int D>
-    ORDO_FLAT Mat<D> update(const Mat<D>& sigma, const Mat<D>& G) const
+    template <int D, class T>
+    ORDO_FLAT Mat<D, T> update(const Mat<D, T>& sigma, const Mat<D, T>& G) const
     {
-        const Mat<D> I = Mat<D>::identity();
-        const Mat<D> M = G * inverse(I + 0.5 * G);  // gradient with respect to the middle of the step
-        const Mat<D> e = 0.5 * (M + transpose(M));
-        const Mat<D> w = 0.5 * (M - transpose(M));
-        const Mat<D> Q = inverse(I - 0.5 * w) * (I + 0.5 * w);    // rotation of the step
-        const Mat<D> q = inverse(I - 0.25 * w) * (I + 0.25 * w);  // and of its second half, which turns the increment
-        Mat<D> s       = 2 * mu * e;
-        for (int a = 0; a < D; ++a) s(a, a) += lambda * trace(e);
+        const T half(0.5), quarter(0.25);
+        const Mat<D, T> I = Mat<D, T>::identity();
+        const Mat<D, T> M = G * inverse(I + half * G);  // gradient with respect to the middle of the step
+        const Mat<D, T> e = half * (M + transpose(M));
+        const Mat<D, T> w = half * (M - transpose(M));
+        const Mat<D, T> Q = inverse(I - half * w) * (I + half * w);        // rotation of the step
+        const Mat<D, T> q = inverse(I - quarter * w) * (I + quarter * w);  // and of its second half, which turns the increment
+        Mat<D, T> s       = T(2 * mu) * e;
+        for (int a = 0; a < D; ++a) s(a, a) += T(lambda) * trace(e);
         return Q * sigma * transpose(Q) + q * s * transpose(q);
     }
     /// Stored energy per current volume, sigma : C^-1 : sigma / 2, J/m^D. The strain across a 1D or 2D problem is zero.
-    template <int D>
-    ORDO_FLAT double energy(const Mat<D>& sigma) const
+    template <int D, class T>
+    ORDO_FLAT T energy(const Mat<D, T>& sigma) const
     {
-        const double tr = trace(sigma);
-        return (ddot(sigma, sigma) - lambda / (D * lambda + 2 * mu) * tr * tr) / (4 * mu);
+        const T tr = trace(sigma);
+        return (ddot(sigma, sigma) - T(lambda / (D * lambda + 2 * mu)) * tr * tr) * T(1 / (4 * mu));
     }
     template <int D>
     ORDO_FLAT double lateral(const Mat<D>& sigma) const
@@ -111,8 +113,16 @@ struct JaumannElastic {
 struct LinearRate1D {
     double young;
 
-    ORDO_FLAT Mat<1> update(const Mat<1>& sigma, const Mat<1>& G) const { return sigma + young * G; }
-    ORDO_FLAT double energy(const Mat<1>& sigma) const { return sigma(0, 0) * sigma(0, 0) / (2 * young); }
+    template <class T>
+    ORDO_FLAT Mat<1, T> update(const Mat<1, T>& sigma, const Mat<1, T>& G) const
+    {
+        return sigma + T(young) * G;
+    }
+    template <class T>
+    ORDO_FLAT T energy(const Mat<1, T>& sigma) const
+    {
+        return sigma(0, 0) * sigma(0, 0) * T(1 / (2 * young));
+    }
     ORDO_FLAT double lateral(const Mat<1>&) const { return 0.0; }
 };
 
@@ -175,9 +185,9 @@ ORDO_FLAT inline Mat<D> initial_stress(const Material& m, const Mat<D>& F)
     });
 }
 
-/// Stored energy of a particle of volume V (initial V0), J.
-template <int D>
-ORDO_FLAT inline double strain_energy(const Material& m, const Mat<D>& F, const Mat<D>& sigma, double V0, double V)
+/// Stored energy of a particle, or of eight, of volume V (initial V0), J.
+template <int D, class T>
+ORDO_FLAT inline T strain_energy(const Material& m, const Mat<D, T>& F, const Mat<D, T>& sigma, const T& V0, const T& V)
 {
     return with_material<D>(m, [&](const auto& law) {
         if constexpr (Hyperelastic<std::decay_t<decltype(law)>>)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "method/state.hpp"
+#include "particles/batch.hpp"
 #include "shape/bspline.hpp"
 #include "shape/hat.hpp"
 #include "shape/stencil.hpp"
@@ -22,22 +23,47 @@ struct Totals {
 template <int D>
 Totals totals(const Model<D>& model, const Particles<D>& p)
 {
-    return parallel_reduce(
-        p.count, Totals{},
-        [&](std::ptrdiff_t i) {
-            return Totals{.mass           = p.m[i],
-                          .momentum       = padded(p.m[i] * p.v[i]),
-                          .kinetic_energy = 0.5 * p.m[i] * dot(p.v[i], p.v[i]),
-                          .strain_energy  = strain_energy(model.materials[p.material[i]], p.F[i], p.sigma[i], p.V0[i], p.V[i]),
-                          .potential      = -p.m[i] * dot(model.gravity, p.x[i])};
-        },
-        [](Totals& total, const Totals& one) {
-            total.mass += one.mass;
-            total.momentum += one.momentum;
-            total.kinetic_energy += one.kinetic_energy;
-            total.strain_energy += one.strain_energy;
-            total.potential += one.potential;
-        });
+    struct Sums {  // of every eighth particle
+        Lanes mass{}, kinetic_energy{}, strain_energy{}, potential{};
+        Vec<D, Lanes> momentum{};
+
+        void operator+=(const Sums& o)
+        {
+            mass += o.mass;
+            kinetic_energy += o.kinetic_energy;
+            strain_energy += o.strain_energy;
+            potential += o.potential;
+            momentum += o.momentum;
+        }
+    };
+    auto energy_of = [&](int i) { return strain_energy(model.materials[p.material[i]], p.F[i], p.sigma[i], p.V0[i], p.V[i]); };
+    Vec<D, Lanes> gravity;
+    for (int a = 0; a < D; ++a) gravity[a] = Lanes(model.gravity[a]);
+    const Sums sums = parallel_reduce((p.count + Batch::size - 1) / Batch::size, Sums{},
+                                      [&](std::ptrdiff_t k) {
+                                          const Batch b         = Batch::of(static_cast<int>(k) * Batch::size, p.count);
+                                          const Vec<D, Lanes> v = load(p.v.data(), b);
+                                          Sums r;
+                                          r.mass = load(p.m.data(), b);
+                                          for (int lane = b.count; lane < Batch::size; ++lane) r.mass[lane] = 0.0;
+                                          r.momentum       = r.mass * v;
+                                          r.kinetic_energy = 0.5 * r.mass * dot(v, v);
+                                          r.potential      = -r.mass * dot(gravity, load(p.x.data(), b));
+                                          r.strain_energy  = are_alike(p.material.data(), b)
+                                                                 ? strain_energy(model.materials[p.material[b.first]],
+                                                                                 load(p.F.data(), b), load(p.sigma.data(), b),
+                                                                                 load(p.V0.data(), b), load(p.V.data(), b))
+                                                                 : each_particle(b, energy_of);
+                                          for (int lane = b.count; lane < Batch::size; ++lane) r.strain_energy[lane] = 0.0;
+                                          return r;
+                                      },
+                                      [](Sums& total, const Sums& one) { total += one; });
+    Totals r{.mass           = sum(sums.mass),
+             .kinetic_energy = sum(sums.kinetic_energy),
+             .strain_energy  = sum(sums.strain_energy),
+             .potential      = sum(sums.potential)};
+    for (int a = 0; a < D; ++a) r.momentum[a] = sum(sums.momentum[a]);
+    return r;
 }
 
 /// The fields of the grid at a place, of the last step. Nodes without mass do not count.

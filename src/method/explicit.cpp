@@ -268,14 +268,23 @@ void Explicit<D>::velocities(State<D>& s, Lanes* nodes) const
     else if (model_.method.mass == MassMatrix::lumped)
         ordo::velocities(nodes, s.tiles);
     else
-        mass_solver_.solve(s, sweep(s, nodes, 0.0), nodes, s.known.data(), MassSolver<D>::kVelocity);
+        solve_mass(s, nodes, s.known.data(), MassSolver<D>::kVelocity);
+}
+
+template <int D>
+void Explicit<D>::solve_mass(State<D>& s, Lanes* nodes, const Lanes* known, unsigned parts) const
+{
+    mass_solver_.solve(s, sweep(s, nodes, 0.0), nodes, known, parts);
+    if (!times_) return;
+    ++times_->mass_solves;
+    times_->mass_iterations += mass_solver_.iterations();
 }
 
 template <int D>
 void Explicit<D>::advance(State<D>& s, Lanes* nodes, double dt, double t, bool has_velocities) const
 {
     const bool is_lumped = model_.method.mass == MassMatrix::lumped;
-    if (!has_velocities && (is_lumped || s.constraints.has_prescribed())) {
+    if (!has_velocities && !is_lumped && s.constraints.has_prescribed()) {
         velocities(s, nodes);
         has_velocities = true;
     }
@@ -287,10 +296,10 @@ void Explicit<D>::advance(State<D>& s, Lanes* nodes, double dt, double t, bool h
             const double total                   = is_prescribed ? (v - nodes[node][NodeLane::velocity + a]) / dt : 0.0;
             known[node][NodeLane::increment + a] = total - model_.gravity[a];
         });
-        mass_solver_.solve(s, sweep(s, nodes, 0.0), nodes, known,
-                           MassSolver<D>::kAcceleration | (has_velocities ? 0u : MassSolver<D>::kVelocity));
+        solve_mass(s, nodes, known, MassSolver<D>::kAcceleration | (has_velocities ? 0u : MassSolver<D>::kVelocity));
     }
-    ordo::advance(nodes, s.tiles, model_.gravity, dt, !is_lumped);
+    const NodeState state = !is_lumped ? NodeState::solved : has_velocities ? NodeState::velocity : NodeState::momentum;
+    ordo::advance(nodes, s.tiles, model_.gravity, dt, state);
 }
 
 /// m_i and (m v)_i of particles, or of Gauss points.

@@ -10,11 +10,12 @@
 
 namespace ordo {
 
-/// Wall time per stage of the step, s; for `ordo bench`.
+/// Wall time per stage of the step, s, and how often the consistent mass matrix was solved; for `ordo bench`.
 struct StageTimes {
     enum Stage { sort, body_force, scatter, fit, nodes, gather, count };
     static constexpr std::array<std::string_view, count> names{"sort", "body_force", "scatter", "fit", "nodes", "gather"};
     std::array<double, count> seconds{};
+    long mass_solves = 0, mass_iterations = 0;
 };
 
 /// A method applied to a model. Owns the model, which must not change.
@@ -49,6 +50,7 @@ class Explicit {
     void evaluate_external_forces(State<D>& s) const;
     void clear_nodes(State<D>& s, Lanes* nodes) const;
     void velocities(State<D>& s, Lanes* nodes) const;
+    void solve_mass(State<D>& s, Lanes* nodes, const Lanes* known, unsigned parts) const;
     void advance(State<D>& s, Lanes* nodes, double dt, double t, bool has_velocities) const;
     void project(State<D>& s, Lanes* nodes) const;
     bool project_and_force(State<D>& s, Lanes* nodes) const;

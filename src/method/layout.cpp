@@ -12,13 +12,35 @@ void wrap_periodic(const Model<D>& model, Particles<D>& particles)
     for (int a = 0; a < D; ++a) {
         if (!model.periodic[a]) continue;
         const double length = model.cells[a] * model.h[a];
-        for (int i = 0; i < particles.count; ++i) {
+        parallel_for_each(particles.count, [&](std::ptrdiff_t i) {
             const double turns = std::floor((particles.x[i][a] - model.origin[a]) / length);
             particles.x[i][a] -= length * turns;
             particles.turns[i][a] += static_cast<int>(turns);
-        }
+        });
     }
 }
+
+namespace {
+
+/// Puts the particles into the order of their tiles and cells.
+template <int D>
+void assign(const Lattice<D>& lattice, Tiles<D>& tiles, Particles<D>& particles)
+{
+    Array<int> order;
+    {
+        Array<std::uint64_t> keys(particles.count);
+        parallel_for_each(particles.count, [&](std::ptrdiff_t i) {
+            Index<D> cell{};
+            for (int a = 0; a < D; ++a) cell[a] = static_cast<int>(lattice.cell_coordinate(a, particles.x[i][a]));
+            keys[i] = tiles.key(cell);
+        });
+        order = sort_keys(keys, tiles.key_end());
+        tiles.assign(keys);
+    }
+    if (!order.empty()) permute(particles, order);
+}
+
+}  // namespace
 
 template <int D>
 void sort_particles(const Model<D>& model, State<D>& s)
@@ -29,18 +51,8 @@ void sort_particles(const Model<D>& model, State<D>& s)
     wrap_periodic(model, s.particles);
 
     const Lattice<D> lattice(model.origin, model.h, model.cells, model.periodic, halo + 1, grid_basis(model.method));
-    Tiles<D> tiles(lattice, halo);
-    const int count = s.particles.count;
-    std::vector<std::uint64_t> keys(count), sorted(count);
-    parallel_for_each(count, [&](std::ptrdiff_t i) {
-        Index<D> cell{};
-        for (int a = 0; a < D; ++a) cell[a] = static_cast<int>(lattice.cell_coordinate(a, s.particles.x[i][a]));
-        keys[i] = tiles.key(cell);
-    });
-    const std::vector<int> order = stable_order(keys, tiles.key_end());
-    permute(s.particles, order);
-    for (int k = 0; k < count; ++k) sorted[k] = keys[order[k]];
-    tiles.assign(sorted);
+    Tiles<D> tiles(lattice, halo, s.particles.count);
+    assign(lattice, tiles, s.particles);
 
     s.halo                     = Halo<D>(lattice, tiles);
     const std::size_t enriched = add_enriched(lattice, s.particles, s.halo), nodes = lattice.node_count() + enriched;

@@ -45,9 +45,10 @@ void set_all_gauss_points(const Lattice<D>& g, const Index<D>& cell, const Lanes
 template <int D, int degree>
 CellFitPasses<D> cell_fit(bool is_gauss)
 {
-    constexpr int size = CellFields<D>::template Record<degree>::size;
-    if (is_gauss) return {size, 1 << D, spread_cells<D, degree, 1>, set_all_gauss_points<D, degree>};
-    return {size, 1, spread_cells<D, degree, 3>, set_one_point<D, degree>};
+    if (is_gauss)
+        return {CellFields<D, true>::template Record<degree>::size, 1 << D, spread_gauss_cells<D, degree>,
+                set_all_gauss_points<D, degree>};
+    return {CellFields<D, false>::template Record<degree>::size, 1, spread_one_point_cells<D, degree>, set_one_point<D, degree>};
 }
 
 /// f(std::integral_constant<int, degree>) for a degree 0..3.

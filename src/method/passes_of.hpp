@@ -32,10 +32,10 @@ Passes<S::dim> passes_of_shape(const MethodSpec& spec)
     p.move              = gather<S, Evolution, kMove>;
     p.velocity_and_move = gather<S, Evolution, kUpdateVelocity | kMove>;
     p.update_all        = gather<S, Evolution, kUpdateVelocity | kUpdateStress | kMove>;
-    p.evolve            = Evolution::apply;
-    p.reach             = S::reach;
-    p.max_reach         = S::max_reach;
-    p.interpolate       = interpolate<D, Basis>;
+    p.evolve            = [](const Sweep<D>& s, int i) { Evolution::apply(s, Batch{i, 1}); };
+    p.reach       = [](const Lattice<D>& g, const ParticleView<D>& view, int i) { return S::reach(g, view, Batch{i, 1})[0]; };
+    p.max_reach   = S::max_reach;
+    p.interpolate = interpolate<D, Basis>;
 
     if (spec.projection == Projection::affine || spec.projection == Projection::gradient_enhanced) {
         p.project           = project_affine<S>;

@@ -4,10 +4,12 @@
 
 #include "base/array.hpp"
 #include "base/index.hpp"
+#include "base/parallel.hpp"
 #include "base/vec.hpp"
 #include "particles/cells.hpp"
 
 #include <cstdint>
+#include <cstring>
 #include <utility>
 
 namespace ordo {
@@ -101,6 +103,12 @@ struct Particles {
     if (groups.group) name = Array<type>(n);
         ORDO_PARTICLE_FIELDS(ORDO_FIELD)
 #undef ORDO_FIELD
+        // Memory belongs to the processor that touches it first: all of them here, instead of the one that plants.
+        for_each_field([&](auto& field) {
+            parallel_pieces(n, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+                std::memset(static_cast<void*>(field.data() + begin), 0, sizeof(field[0]) * (end - begin));
+            });
+        });
     }
 
     /// visit(field) for each field that is present.

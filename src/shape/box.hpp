@@ -51,17 +51,19 @@ struct IntervalMean {
 
 template <>
 struct IntervalMean<Hat> {
-    /// The hat N(t) and its integral from -infinity.
-    ORDO_FLAT static double hat(double t) { return larger(0.0, 1 - std::fabs(t)); }
-    /// The integral of the hat over [a, b], without cancellation near its ends: a box on a cell face would else leave a
-    /// gradient without weight at the node beyond.
-    ORDO_FLAT static double hat_integral(double a, double b)
+    template <class T>
+    ORDO_FLAT static T hat(const T& t)
     {
-        a = smaller(larger(a, -1.0), 1.0);
-        b = smaller(larger(b, -1.0), 1.0);
-        if (a >= 0) return 0.5 * (b - a) * (2 - a - b);
-        if (b <= 0) return 0.5 * (b - a) * (2 + a + b);
-        return 0.5 * (b * (2 - b) - a * (2 + a));
+        return larger(T(0.0), 1 - fabs(t));
+    }
+    /// The integral of the hat over [a, b], of each side by itself: without cancellation near its ends, where a box on a cell
+    /// face would else leave a gradient without weight at the node beyond.
+    template <class T>
+    ORDO_FLAT static T hat_integral(const T& a, const T& b)
+    {
+        auto between = [](const T& t, double low, double high) { return smaller(larger(t, T(low)), T(high)); };
+        const T a0 = between(a, -1.0, 0.0), b0 = between(b, -1.0, 0.0), a1 = between(a, 0.0, 1.0), b1 = between(b, 0.0, 1.0);
+        return 0.5 * ((b0 - a0) * (2 + a0 + b0) + (b1 - a1) * (2 - a1 - b1));
     }
     template <int D>
     ORDO_FLAT static int first(const Lattice<D>&, int, double low, double high, int& cells)
@@ -73,10 +75,16 @@ struct IntervalMean<Hat> {
     template <int D>
     ORDO_FLAT static void fill(const Lattice<D>&, int, double low, double high, int cell, int count, double* w, double* dw)
     {
-        const double norm = 1 / (high - low);
+        fill(low, high, static_cast<double>(cell), count, w, dw);
+    }
+    template <class T>
+    ORDO_FLAT static void fill(const T& low, const T& high, const T& cell, int count, T* w, T* dw)
+    {
+        const T norm = T(1.0) / (high - low);
         for (int k = 0; k < count; ++k) {
-            w[k]  = hat_integral(low - cell - k, high - cell - k) * norm;
-            dw[k] = (hat(high - cell - k) - hat(low - cell - k)) * norm;
+            const T a = low - cell - k, b = high - cell - k;
+            w[k]  = hat_integral(a, b) * norm;
+            dw[k] = (hat(b) - hat(a)) * norm;
         }
     }
 };
@@ -87,14 +95,20 @@ struct Box {
     /// The widest box in cells from centre to side; beyond it the run ends with a NumericalError.
     static constexpr double max_reach = 7.0;
     static constexpr int max_count    = 15 + Basis::degree;
+    /// The widest whose ends are in neighbouring cells, whatever the rounding.
+    static constexpr double most_of_three_nodes = 0.5 - 1e-9;
 
-    ORDO_FLAT static double reach(const Lattice<D>& g, const ParticleView<D>& p, int i)
+    /// Not a number where a stretched box has turned over.
+    ORDO_FLAT static Lanes reach(const Lattice<D>& g, const ParticleView<D>& p, const Batch& b)
     {
-        double r = 0.0;
+        const Vec<D, Lanes> half = load(p.half, b);
+        Lanes r{}, least = half[0];
         for (int a = 0; a < D; ++a) {
-            if (!(p.half[i][a] > 0)) return std::numeric_limits<double>::quiet_NaN();  // a stretched box that has turned over
-            r = larger(r, p.half[i][a] * g.inv_h[a]);
+            r     = larger(r, half[a] * g.inv_h[a]);
+            least = smaller(least, half[a]);
         }
+        for (int k = 0; k < Batch::size; ++k)
+            if (!(least[k] > 0)) r[k] = std::numeric_limits<double>::quiet_NaN();
         return r;
     }
 
@@ -118,11 +132,34 @@ struct Box {
         return s;
     }
 
+    /// f(k, stencil) for the particles of a batch.
+    template <class F>
+    ORDO_FLAT static void for_each_stencil(const Lattice<D>& g, const ParticleView<D>& p, const Batch& b,
+                                           F&& f) requires std::same_as<Basis, Hat>
+    {
+        constexpr int W = Hat::degree + 2;
+        if (largest(reach(g, p, b)) < most_of_three_nodes) {
+            const Vec<D, Lanes> x = load(p.x, b), half = load(p.half, b);
+            Stencils<D, W> s;
+            for (int a = 0; a < D; ++a) {
+                const Lanes y = g.cell_coordinate(a, x[a]), l = half[a] * g.inv_h[a], cell = truncate(y - l);
+                s.first += cell * static_cast<double>(g.stride[a]);
+                IntervalMean<Hat>::fill(y - l, y + l, cell, W, s.w[a], s.dw[a]);
+                for (Lanes& d : s.dw[a]) d *= Lanes(g.inv_h[a]);
+            }
+            for (int k = 0; k < b.count; ++k) f(k, s.of(k));
+        } else {
+            for (int k = 0; k < b.count; ++k) f(k, OneParticle<Box>{p, b.first + k});
+        }
+    }
+
     /// f(stencil): degree + 2 nodes an axis suffice for boxes up to a cell wide.
     template <class F>
     ORDO_FLAT static void with_stencil(const Lattice<D>& g, const ParticleView<D>& p, int i, F&& f)
     {
-        if (reach(g, p, i) < 0.5 - 1e-9)  // rounding may not put the ends into three cells
+        double widest = 0.0;
+        for (int a = 0; a < D; ++a) widest = larger(widest, p.half[i][a] * g.inv_h[a]);
+        if (widest < most_of_three_nodes)
             f(stencil<Basis::degree + 2>(g, p, i));
         else
             f(stencil<-max_count>(g, p, i));
@@ -143,7 +180,7 @@ struct Box {
         with_stencil(g, p, i, [&](const auto& s) { spread_value_axis<D - 1>(s, g, nodes + s.first, value); });
     }
     ORDO_FLAT static void collect(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value,
-                                  Lanes (&gradient)[D])
+                                  Quad (&gradient)[D])
     {
         with_stencil(g, p, i, [&](const auto& s) { ordo::collect(s, g, nodes, value, gradient); });
     }

@@ -33,6 +33,26 @@ struct BSpline {
         return row(g, a, y, w, dw);
     }
 
+    /// The same at eight places, with the cells as whole numbers; false where one is near a face: then one by one.
+    template <int D>
+    ORDO_FLAT static bool rows(const Lattice<D>& g, int a, const Lanes& y, Lanes& cell, Lanes (&w)[width], Lanes (&dw)[width])
+    {
+        if (!g.periodic[a]) {
+            const double low = g.margin + P - 1, high = g.margin + g.cells[a] - (P - 1);
+            if (!(largest(larger(low - y, y - high)) < 0)) return false;
+        }
+        cell = truncate(y);
+        inner(y - cell, w, dw);
+        return true;
+    }
+    /// Values alone.
+    template <int D>
+    ORDO_FLAT static bool rows(const Lattice<D>& g, int a, const Lanes& y, Lanes& cell, Lanes (&w)[width])
+    {
+        Lanes dw[width];
+        return rows(g, a, y, cell, w, dw);
+    }
+
     /// The cell of y, which is moved to the grid, and the number of cells before and after it.
     template <int D>
     ORDO_FLAT static int locate(const Lattice<D>& g, int a, double& y, int& before, int& after)
@@ -47,9 +67,10 @@ struct BSpline {
     }
 
     /// Between evenly spaced knots.
-    ORDO_FLAT static void inner(double t, double (&w)[width], double (&dw)[width])
+    template <class T>
+    ORDO_FLAT static void inner(const T& t, T (&w)[width], T (&dw)[width])
     {
-        const double s = 1 - t;
+        const T s = 1 - t;
         if constexpr (P == 2) {
             w[0]  = 0.5 * s * s;
             w[1]  = 0.5 + t * s;
@@ -58,10 +79,10 @@ struct BSpline {
             dw[1] = s - t;
             dw[2] = t;
         } else {
-            w[0]  = s * s * s / 6;
+            w[0]  = s * s * s * (1.0 / 6);
             w[1]  = 2.0 / 3 - t * t * (1 - 0.5 * t);
             w[2]  = 2.0 / 3 - s * s * (1 - 0.5 * s);
-            w[3]  = t * t * t / 6;
+            w[3]  = t * t * t * (1.0 / 6);
             dw[0] = -0.5 * s * s;
             dw[1] = -t * (2 - 1.5 * t);
             dw[2] = s * (2 - 1.5 * s);

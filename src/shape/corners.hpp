@@ -15,26 +15,48 @@ namespace ordo {
 
 /// The distance in cells from the particle to the furthest corner of a parallelepiped with half-edge vectors r, per axis.
 template <int D>
-ORDO_HD double corner_reach(const Lattice<D>& g, const Mat<D>& r)
+ORDO_FLAT inline Lanes corner_reach(const Lattice<D>& g, const Mat<D, Lanes>& r)
 {
-    double reach = 0.0;
+    Lanes reach{};
     for (int a = 0; a < D; ++a) {
-        double sum = 0.0;
-        for (int d = 0; d < D; ++d) sum += std::fabs(r(a, d));
+        Lanes sum{};
+        for (int d = 0; d < D; ++d) sum += fabs(r(a, d));
         reach = larger(reach, sum * g.inv_h[a]);
     }
     return reach;
 }
 
-/// The values of a basis at a corner in cell coordinates y.
-template <int D, class Basis>
-ORDO_FLAT inline void corner_values(const Lattice<D>& g, const Vec<D>& y, Stencil<D, Basis::width>& s)
+/// The side of each corner of a box or parallelepiped along its edge d, -1 or 1: bit d of the corner, which is the lane. With
+/// fewer than eight corners they come again.
+ORDO_FLAT inline Lanes corner_side(int d)
 {
-    s.first = 0;
-    for (int a = 0; a < D; ++a) {
-        const int cell = Basis::row(g, a, y[a], s.w[a]);
-        ORDO_EXPECT(cell >= 0 && cell + Basis::width <= g.nodes[a]);
-        s.first += g.stride[a] * cell;
+    return d == 0   ? make_lanes(-1, 1, -1, 1, -1, 1, -1, 1)
+           : d == 1 ? make_lanes(-1, -1, 1, 1, -1, -1, 1, 1)
+                    : make_lanes(-1, -1, -1, -1, 1, 1, 1, 1);
+}
+
+/// f(c, stencil) for `count` corners in cell coordinates y, one a lane: the values of the basis there.
+template <int D, class Basis, class F>
+ORDO_FLAT inline void for_each_corner_stencil(const Lattice<D>& g, const Vec<D, Lanes>& y, int count, F&& f)
+{
+    constexpr int W = Basis::width;
+    Lanes first{}, w[D][W];
+    bool are_alike = true;
+    for (int a = 0; a < D && are_alike; ++a) {
+        Lanes cell{};
+        are_alike = Basis::rows(g, a, y[a], cell, w[a]);
+        first += cell * static_cast<double>(g.stride[a]);
+    }
+    for (int c = 0; c < count; ++c) {
+        Stencil<D, W> s;
+        s.first = are_alike ? static_cast<std::ptrdiff_t>(first[c]) : 0;
+        for (int a = 0; a < D; ++a) {
+            if (are_alike)
+                for (int k = 0; k < W; ++k) s.w[a][k] = w[a][k][c];
+            else
+                s.first += g.stride[a] * Basis::row(g, a, y[a][c], s.w[a]);
+        }
+        f(c, s);
     }
 }
 
@@ -84,7 +106,10 @@ struct Parallelepiped {
     /// Corners further away than this many cells make tiles so wide that the run rather ends with a NumericalError.
     static constexpr double max_reach = 30.0;
 
-    ORDO_FLAT static double reach(const Lattice<D>& g, const ParticleView<D>& p, int i) { return corner_reach(g, p.edges[i]); }
+    ORDO_FLAT static Lanes reach(const Lattice<D>& g, const ParticleView<D>& p, const Batch& b)
+    {
+        return corner_reach(g, load(p.edges, b));
+    }
 
     /// The columns are the dual vectors r^d times 2^-D.
     ORDO_FLAT static Mat<D> scaled_duals(const Mat<D>& r) { return cofactor(r) * (w / det(r)); }
@@ -95,20 +120,12 @@ struct Parallelepiped {
     ORDO_FLAT static void for_each_corner(const Lattice<D>& g, const ParticleView<D>& p, int i, F&& f)
     {
         const Mat<D>& r = p.edges[i];
-        Vec<D> y{};
-        Mat<D> e{};
+        Vec<D, Lanes> y;
         for (int a = 0; a < D; ++a) {
-            y[a] = g.cell_coordinate(a, p.x[i][a]);
-            for (int d = 0; d < D; ++d) e(a, d) = r(a, d) * g.inv_h[a];
+            y[a] = Lanes(g.cell_coordinate(a, p.x[i][a]));
+            for (int d = 0; d < D; ++d) y[a] += corner_side(d) * (r(a, d) * g.inv_h[a]);
         }
-        for (int c = 0; c < corner_count; ++c) {
-            Vec<D> at = y;
-            for (int a = 0; a < D; ++a)
-                for (int d = 0; d < D; ++d) at[a] += sign(c, d) * e(a, d);
-            Stencil<D, Basis::width> s;
-            corner_values<D, Basis>(g, at, s);
-            f(c, s);
-        }
+        for_each_corner_stencil<D, Basis>(g, y, corner_count, f);
     }
 
     template <class Visit>
@@ -142,15 +159,15 @@ struct Parallelepiped {
         for_each_corner(g, p, i, [&](int, const auto& s) { spread_value_axis<D - 1>(s, g, nodes + s.first, A); });
     }
     ORDO_FLAT static void collect(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value,
-                                  Lanes (&gradient)[D])
+                                  Quad (&gradient)[D])
     {
         Lanes total{};
-        Lanes X[D] = {};
+        Quad X[D] = {};
         for_each_corner(g, p, i, [&](int c, const auto& s) {
             Lanes u{};
             collect_value_axis<D - 1>(s, g, nodes + s.first, u);
             total += u;
-            for (int d = 0; d < D; ++d) X[d] += u * sign(c, d);
+            for (int d = 0; d < D; ++d) X[d] += low(u) * sign(c, d);
         });
         value += total * w;
         const Mat<D> dual = scaled_duals(p.edges[i]);
@@ -194,7 +211,11 @@ struct Cell {
     }
 
     /// Not a number where the cell has turned over or folded.
-    ORDO_FLAT static double reach(const Lattice<D>& g, const ParticleView<D>& p, int i)
+    ORDO_FLAT static Lanes reach(const Lattice<D>& g, const ParticleView<D>& p, const Batch& b)
+    {
+        return each_particle(b, [&](int i) { return reach_of(g, p, i); });
+    }
+    static double reach_of(const Lattice<D>& g, const ParticleView<D>& p, int i)
     {
         Vec<D> x[corner_count];
         get(g, p, i, x);
@@ -239,18 +260,19 @@ struct Cell {
         Vec<D> x[corner_count];
         get(g, p, i, x);
         const CellWeights<D> k = weights(p, i, x);
-        for (int c = 0; c < k.count; ++c) {
+        Vec<D, Lanes> y;
+        for (int a = 0; a < D; ++a) {
+            for (int c = 0; c < 8; ++c) y[a][c] = x[smaller(c % corner_count, k.count - 1)][a];
+            y[a] = g.cell_coordinate(a, y[a]);
+        }
+        for_each_corner_stencil<D, Basis>(g, y, k.count, [&](int c, auto& s) {
             if constexpr (is_enriched)
                 if (const std::ptrdiff_t own = own_node(g, p, i, c); own >= 0) {
                     f(k.w[c], k.g[c], own);
-                    continue;
+                    return;
                 }
-            Vec<D> y{};
-            for (int a = 0; a < D; ++a) y[a] = g.cell_coordinate(a, x[c][a]);
-            Stencil<D, Basis::width> s;
-            corner_values<D, Basis>(g, y, s);
             f(k.w[c], k.g[c], s);
-        }
+        });
     }
 
     template <class Visit>
@@ -274,12 +296,12 @@ struct Cell {
         for_each_corner(g, p, i, [&](double w, const Vec<D>&, const auto& place) { spread_corner(place, g, nodes, value * w); });
     }
     ORDO_FLAT static void collect(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value,
-                                  Lanes (&gradient)[D])
+                                  Quad (&gradient)[D])
     {
         for_each_corner(g, p, i, [&](double w, const Vec<D>& gc, const auto& place) {
             const Lanes u = value_at_corner(place, g, nodes);
             value += u * w;
-            for (int a = 0; a < D; ++a) gradient[a] += u * gc[a];
+            for (int a = 0; a < D; ++a) gradient[a] += low(u) * gc[a];
         });
     }
     ORDO_FLAT static void collect_value(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value)

@@ -21,7 +21,7 @@ struct DualDomain {
     using Row                         = typename Plain::Row;
 
     /// The gradient reaches a cell further than the values.
-    ORDO_FLAT static double reach(const Lattice<D>&, const ParticleView<D>&, int) { return max_reach; }
+    ORDO_FLAT static Lanes reach(const Lattice<D>&, const ParticleView<D>&, const Batch&) { return Lanes(max_reach); }
 
     /// alpha of each axis.
     ORDO_FLAT static Vec<D> blend(const Lattice<D>& g, const ParticleView<D>& p, int i)
@@ -94,10 +94,10 @@ struct DualDomain {
         Plain::spread_value(g, p, i, nodes, value);
     }
     ORDO_FLAT static void collect(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value,
-                                  Lanes (&gradient)[D])
+                                  Quad (&gradient)[D])
     {
         const Row s = parts(g, p, i, nodes, [&](int a, double w, const Difference& d) {
-            gradient[a] += (nodes[d.after] - nodes[d.before]) * (w * d.factor);
+            gradient[a] += low(nodes[d.after] - nodes[d.before]) * (w * d.factor);
         });
         ordo::collect(s, g, nodes, value, gradient);
     }

@@ -26,6 +26,27 @@ struct Hat {
         dw[1]                  = 1;
         return cell;
     }
+    /// The same at eight places, with the cells as whole numbers; false where they must be taken one by one.
+    template <int D>
+    ORDO_FLAT static bool rows(const Lattice<D>&, int, const Lanes& y, Lanes& cell, Lanes (&w)[width], Lanes (&dw)[width])
+    {
+        constexpr double least = std::numeric_limits<double>::epsilon();
+        cell                   = truncate(y);
+        w[1]                   = smaller(larger(y - cell, Lanes(least)), Lanes(1 - least));
+        w[0]                   = 1 - w[1];
+        dw[0]                  = Lanes(-1.0);
+        dw[1]                  = Lanes(1.0);
+        return true;
+    }
+    /// Values alone.
+    template <int D>
+    ORDO_FLAT static bool rows(const Lattice<D>&, int, const Lanes& y, Lanes& cell, Lanes (&w)[width])
+    {
+        cell = truncate(y);
+        w[1] = y - cell;
+        w[0] = 1 - w[1];
+        return true;
+    }
     /// Values alone.
     template <int D>
     ORDO_FLAT static int row(const Lattice<D>&, int, double y, double (&w)[width])

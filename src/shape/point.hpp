@@ -23,7 +23,7 @@ struct Point {
     static constexpr double max_reach = 0.0;
     using Row                         = Stencil<D, Basis::width>;
 
-    ORDO_FLAT static double reach(const Lattice<D>&, const ParticleView<D>&, int) { return 0.0; }
+    ORDO_FLAT static Lanes reach(const Lattice<D>&, const ParticleView<D>&, const Batch&) { return Lanes(0.0); }
 
     ORDO_FLAT static Row stencil(const Lattice<D>& g, const ParticleView<D>& p, int i)
     {
@@ -38,6 +38,26 @@ struct Point {
         Gradient::set(g, p.x[i], s);
         return s;
     }
+    /// f(k, stencil) for the particles of a batch.
+    template <class F>
+    ORDO_FLAT static void for_each_stencil(const Lattice<D>& g, const ParticleView<D>& p, const Batch& b,
+                                           F&& f) requires std::same_as<Gradient, OwnGradient>
+    {
+        const Vec<D, Lanes> x = load(p.x, b);
+        Stencils<D, Basis::width> s;
+        bool are_alike = true;
+        for (int a = 0; a < D && are_alike; ++a) {
+            Lanes cell{};
+            are_alike = Basis::rows(g, a, g.cell_coordinate(a, x[a]), cell, s.w[a], s.dw[a]);
+            s.first += cell * static_cast<double>(g.stride[a]);
+            for (Lanes& d : s.dw[a]) d *= Lanes(g.inv_h[a]);
+        }
+        if (are_alike)
+            for (int k = 0; k < b.count; ++k) f(k, s.of(k));
+        else
+            for (int k = 0; k < b.count; ++k) f(k, stencil(g, p, b.first + k));
+    }
+
     template <class Visit>
     ORDO_FLAT static void for_each_node(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes*, Visit&& visit)
     {
@@ -54,7 +74,7 @@ struct Point {
         spread_value_axis<D - 1>(s, g, nodes + s.first, value);
     }
     ORDO_FLAT static void collect(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value,
-                                  Lanes (&gradient)[D])
+                                  Quad (&gradient)[D])
     {
         ordo::collect(stencil(g, p, i), g, nodes, value, gradient);
     }

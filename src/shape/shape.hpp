@@ -3,6 +3,7 @@
 
 #include "base/lanes.hpp"
 #include "grid/lattice.hpp"
+#include "particles/batch.hpp"
 #include "particles/particles.hpp"
 
 #include <concepts>
@@ -18,12 +19,12 @@ struct AnyVisitor {
 /// A domain on a basis. `for_each_node` is its definition (a node may come several times; only ddmpm looks at the nodes);
 /// `spread` and `collect` are the fast forms, tested against it. `reach` is the distance in cells from the particle to the edge of its domain, at most `max_reach`.
 template <class S>
-concept Shape = requires(const Lattice<S::dim>& g, const ParticleView<S::dim>& p, int i, Lanes* nodes, const Lanes* read,
-                         const Lanes& value, const Lanes (&flux)[S::dim], Lanes& sum, Lanes (&gradient)[S::dim])
+concept Shape = requires(const Lattice<S::dim>& g, const ParticleView<S::dim>& p, int i, const Batch& batch, Lanes* nodes,
+                         const Lanes* read, const Lanes& value, const Lanes (&flux)[S::dim], Lanes& sum, Quad (&gradient)[S::dim])
 {
     {
-        S::reach(g, p, i)
-        } -> std::convertible_to<double>;
+        S::reach(g, p, batch)
+        } -> std::same_as<Lanes>;
     {
         S::max_reach
         } -> std::convertible_to<double>;
@@ -33,5 +34,45 @@ concept Shape = requires(const Lattice<S::dim>& g, const ParticleView<S::dim>& p
     S::collect(g, p, i, read, sum, gradient);
     S::collect_value(g, p, i, read, sum);
 };
+
+/// Particle i of a shape, where it stands for the stencil that others have.
+template <class S>
+struct OneParticle {
+    const ParticleView<S::dim>& p;
+    int i;
+};
+template <class S>
+ORDO_FLAT inline void spread(const OneParticle<S>& one, const Lattice<S::dim>& g, Lanes* nodes, const Lanes& value,
+                             const Lanes (&flux)[S::dim])
+{
+    S::spread(g, one.p, one.i, nodes, value, flux);
+}
+template <class S>
+ORDO_FLAT inline void spread_value(const OneParticle<S>& one, const Lattice<S::dim>& g, Lanes* nodes, const Lanes& value)
+{
+    S::spread_value(g, one.p, one.i, nodes, value);
+}
+template <class S>
+ORDO_FLAT inline void collect(const OneParticle<S>& one, const Lattice<S::dim>& g, const Lanes* nodes, Lanes& value,
+                              Quad (&gradient)[S::dim])
+{
+    S::collect(g, one.p, one.i, nodes, value, gradient);
+}
+template <class S>
+ORDO_FLAT inline void collect_value(const OneParticle<S>& one, const Lattice<S::dim>& g, const Lanes* nodes, Lanes& value)
+{
+    S::collect_value(g, one.p, one.i, nodes, value);
+}
+
+/// f(k, stencil) for the particles of a batch: spread and collect take it. Shapes that find weights of eight particles at a
+/// time do so.
+template <Shape S, class F>
+ORDO_FLAT inline void for_each_stencil(const Lattice<S::dim>& g, const ParticleView<S::dim>& p, const Batch& b, F&& f)
+{
+    if constexpr (requires { S::for_each_stencil(g, p, b, f); })
+        S::for_each_stencil(g, p, b, f);
+    else
+        for (int k = 0; k < b.count; ++k) f(k, OneParticle<S>{p, b.first + k});
+}
 
 }  // namespace ordo

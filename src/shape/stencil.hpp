@@ -54,21 +54,21 @@ ORDO_FLAT inline void spread_value_axis(const Stencil<D, W>& s, const Lattice<D>
     }
 }
 
-/// The sums of w n_i and of dw_d n_i over the nodes of the stencil, added to value and gradient.
+/// The sums of w n_i and of dw_d n_i over the nodes of the stencil, added to value and gradient: of velocities, in four lanes.
 template <int A, int D, int W>
-ORDO_FLAT inline void collect_axis(const Stencil<D, W>& s, const Lattice<D>& g, const Lanes* node, Lanes& value, Lanes* gradient)
+ORDO_FLAT inline void collect_axis(const Stencil<D, W>& s, const Lattice<D>& g, const Lanes* node, Lanes& value, Quad* gradient)
 {
     for (int k = 0; k < s.size(A); ++k) {
         Lanes v{};
         if constexpr (A == 0) {
             v = node[k];
         } else {
-            Lanes rest[A] = {};
+            Quad rest[A] = {};
             collect_axis<A - 1>(s, g, node + k * g.stride[A], v, rest);
             for (int b = 0; b < A; ++b) gradient[b] += rest[b] * s.w[A][k];
         }
         value += v * s.w[A][k];
-        gradient[A] += v * s.dw[A][k];
+        gradient[A] += low(v) * s.dw[A][k];
     }
 }
 
@@ -94,10 +94,40 @@ ORDO_FLAT inline void spread(const Stencil<D, W>& s, const Lattice<D>& g, Lanes*
     spread_axis<D - 1>(s, g, nodes + s.first, value, flux);
 }
 template <int D, int W>
-ORDO_FLAT inline void collect(const Stencil<D, W>& s, const Lattice<D>& g, const Lanes* nodes, Lanes& value, Lanes (&gradient)[D])
+ORDO_FLAT inline void spread_value(const Stencil<D, W>& s, const Lattice<D>& g, Lanes* nodes, const Lanes& value)
+{
+    spread_value_axis<D - 1>(s, g, nodes + s.first, value);
+}
+template <int D, int W>
+ORDO_FLAT inline void collect(const Stencil<D, W>& s, const Lattice<D>& g, const Lanes* nodes, Lanes& value, Quad (&gradient)[D])
 {
     collect_axis<D - 1>(s, g, nodes + s.first, value, gradient);
 }
+template <int D, int W>
+ORDO_FLAT inline void collect_value(const Stencil<D, W>& s, const Lattice<D>& g, const Lanes* nodes, Lanes& value)
+{
+    collect_value_axis<D - 1>(s, g, nodes + s.first, value);
+}
+
+/// The stencils of eight places, lane by lane.
+template <int D, int W>
+struct Stencils {
+    Lanes first{};  ///< whole numbers
+    Lanes w[D][W], dw[D][W];
+
+    /// That of lane k.
+    ORDO_FLAT Stencil<D, W> of(int k) const
+    {
+        Stencil<D, W> s;
+        s.first = static_cast<std::ptrdiff_t>(first[k]);
+        for (int a = 0; a < D; ++a)
+            for (int j = 0; j < W; ++j) {
+                s.w[a][j]  = w[a][j][k];
+                s.dw[a][j] = dw[a][j][k];
+            }
+        return s;
+    }
+};
 
 /// visit(node, w, dw) for each node of the stencil: the plain form of the sums above.
 template <int D, int W, class Visit>

@@ -36,11 +36,11 @@ struct WeightRow {
 };
 
 /// The weights at targets one cell apart, of which the first is `t` before the sample, W/2 - 1 <= t < W/2.
-template <int W>
-ORDO_FLAT inline void spline_row(double t, double (&w)[W])
+template <int W, class T>
+ORDO_FLAT inline void spline_row(const T& t, T (&w)[W])
 {
-    const double f = t - (0.5 * W - 1), s = 1 - f;  // of the way between two targets, or from one to the next
-    if constexpr (W == 1) w[0] = 1.0;
+    const T f = t - (0.5 * W - 1), s = 1 - f;  // of the way between two targets, or from one to the next
+    if constexpr (W == 1) w[0] = T(1.0);
     if constexpr (W == 2) {
         w[0] = s;
         w[1] = f;
@@ -72,6 +72,14 @@ struct EvenTargets {
         return static_cast<int>(y - 0.5 * (halves + W) + 1);  // not negative: targets of the margin
     }
     ORDO_FLAT static double distance(double y, int target) { return y - 0.5 * halves - target; }
+    /// The first targets of eight samples, as whole numbers, and the distances to them.
+    template <int W>
+    ORDO_FLAT static Lanes first(const Lanes& y, Lanes& distance)
+    {
+        const Lanes target = truncate(y - (0.5 * (halves + W) - 1));
+        distance           = y - 0.5 * halves - target;
+        return target;
+    }
 
     template <int W, int D>
     ORDO_FLAT static void fill(const Lattice<D>&, int, double y, WeightRow<W>& row)

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "base/config.hpp"
-#include "verification/lane_math.hpp"
+#include "base/lane_math.hpp"
 
 namespace ordo::verification {
 
@@ -14,7 +14,7 @@ struct Gradient {
     T slope[N]{};
 
     Gradient() = default;
-    ORDO_FLAT Gradient(double constant) : value(broadcast<T>(constant)) {}
+    ORDO_FLAT Gradient(double constant) : value(T(constant)) {}
 
     ORDO_FLAT Gradient& operator+=(const Gradient& o)
     {
@@ -43,7 +43,7 @@ struct Gradient {
     friend ORDO_FLAT Gradient operator/(const Gradient& a, const Gradient& b)
     {
         Gradient r;
-        const T inverse = broadcast<T>(1.0) / b.value;
+        const T inverse = T(1.0) / b.value;
         r.value         = a.value * inverse;
         for (int i = 0; i < N; ++i) r.slope[i] = (a.slope[i] - r.value * b.slope[i]) * inverse;
         return r;
@@ -51,7 +51,7 @@ struct Gradient {
     friend ORDO_FLAT Gradient log(const Gradient& a)
     {
         Gradient r;
-        const T inverse = broadcast<T>(1.0) / a.value;
+        const T inverse = T(1.0) / a.value;
         r.value         = log(a.value);
         for (int i = 0; i < N; ++i) r.slope[i] = a.slope[i] * inverse;
         return r;
@@ -69,13 +69,13 @@ struct Jet {
     T curvature[pairs + 1]{};  ///< entries i <= j of the Hessian, see `at`, then in time
 
     Jet() = default;
-    ORDO_FLAT Jet(double constant) : value(broadcast<T>(constant)) {}
+    ORDO_FLAT Jet(double constant) : value(T(constant)) {}
     /// Coordinate i, or for i = D the time.
     ORDO_FLAT static Jet variable(const T& value, int i)
     {
         Jet r;
         r.value    = value;
-        r.slope[i] = broadcast<T>(1.0);
+        r.slope[i] = T(1.0);
         return r;
     }
     ORDO_FLAT static constexpr int at(int i, int j) { return i <= j ? j * (j + 1) / 2 + i : at(j, i); }
@@ -130,7 +130,7 @@ struct Jet {
     }
     friend ORDO_FLAT Jet operator+(Jet a, double s)
     {
-        a.value = a.value + broadcast<T>(s);
+        a.value = a.value + T(s);
         return a;
     }
     friend ORDO_FLAT Jet operator-(const Jet& a, double s) { return a + -s; }
@@ -147,7 +147,7 @@ struct Jet {
     }
     friend ORDO_FLAT Jet sqrt(const Jet& a)
     {
-        const T r = sqrt(a.value), f1 = broadcast<T>(0.5) / r;
+        const T r = sqrt(a.value), f1 = T(0.5) / r;
         return chain(a, r, f1, -0.5 * f1 / a.value);
     }
 };

@@ -71,7 +71,7 @@ ORDO_FLAT inline Vec<D, T> body_force(const Kinematics<D, T>& k, const Law& law,
 {
     const auto P  = law.cauchy(k.F) * cofactor(k.F);
     Vec<D, T> b   = k.a;
-    const T scale = broadcast<T>(-1.0 / density);
+    const T scale = T(-1.0 / density);
     for (int i = 0; i < D; ++i)
         for (int j = 0; j < D; ++j) b[i] = b[i] + scale * P(i, j).slope[j];
     return b;
@@ -105,7 +105,7 @@ class Manufactured final : public Solution<D> {
             Vec<D, Lanes> X{};
             for (int k = 0; k < 8; ++k)
                 for (int a = 0; a < D; ++a) X[a][k] = p.X[i + std::min(k, n - 1)][a];
-            const Vec<D, Lanes> b = body_force(kinematics(motion_, X, broadcast<Lanes>(t)), law_, density_);
+            const Vec<D, Lanes> b = body_force(kinematics(motion_, X, Lanes(t)), law_, density_);
             for (int k = 0; k < n; ++k)
                 for (int a = 0; a < D; ++a) p.b[i + k][a] = b[a][k];
         }

@@ -1,12 +1,12 @@
 #include "verification/study.hpp"
 
 #include "base/error.hpp"
+#include "io/method_names.hpp"
 #include "io/schema.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <optional>
 
@@ -24,54 +24,10 @@ std::optional<std::string_view> after(std::string_view text, std::string_view pr
     return text.substr(prefix.size());
 }
 
-std::optional<double> parse_number(const std::string& text)
-{
-    double number       = 0;
-    const char* first   = text.data() + (text.starts_with('+') ? 1 : 0);
-    const auto [end, e] = std::from_chars(first, text.data() + text.size(), number);
-    if (e != std::errc() || end != text.data() + text.size()) return std::nullopt;
-    return number;
-}
-
 std::string text_of(const Value& value)
 {
     if (const double* number = std::get_if<double>(&value)) return fmt::format("{}", *number);
     return std::get<std::string>(value);
-}
-
-/// Sets the axis `name` of a method to `choice`.
-void set_axis(MethodSpec& spec, const std::string& name, const Value& value)
-{
-    const std::string choice = text_of(value);
-    for (const Setting& setting : settings)
-        if (setting.name == name) {
-            const auto number = parse_number(choice);
-            if (!number || !(*number >= setting.min && *number <= setting.max))
-                throw InputError(
-                    fmt::format("--set method.{}={}: it must be a number from {} to {}", name, choice, setting.min, setting.max));
-            if (setting.is_integer && *number != std::floor(*number))
-                throw InputError(fmt::format("--set method.{}={}: it must be an integer", name, choice));
-            spec.*setting.value = *number;
-            return;
-        }
-    bool found = false;
-    std::vector<std::string> axes;
-    for (const Setting& setting : settings) axes.emplace_back(setting.name);
-    for_each_axis([&](auto member) {
-        using E = std::decay_t<decltype(spec.*member)>;
-        axes.emplace_back(Axis<E>::key);
-        if (Axis<E>::key != name) return;
-        const std::vector<std::string> names = choice_names<E>();
-        if (std::find(names.begin(), names.end(), choice) == names.end())
-            throw InputError(
-                fmt::format("--set method.{}={}: there is no such choice. {}", name, choice, io::suggestion(choice, names)));
-        spec.*member = parse_choice<E>(choice);
-        found        = true;
-    });
-    if (!found)
-        throw InputError(fmt::format("--set method.{}: {}", name,
-                                     name == "preset" ? "the preset is chosen by --method"
-                                                      : "there is no such axis. " + io::suggestion(name, axes)));
 }
 
 /// The value as the parameter wants it; throws when it is not one.
@@ -88,7 +44,7 @@ Value checked(const Parameter& parameter, const Value& value)
         return word;
     }
     const auto number = std::holds_alternative<double>(value) ? std::optional(std::get<double>(value))
-                                                              : parse_number(std::get<std::string>(value));
+                                                              : io::parse_number(std::get<std::string>(value));
     if (!number || !std::isfinite(*number)) refuse("it must be a number");
     if (!(*number > parameter.above && *number < parameter.below))
         refuse(std::isinf(parameter.below)
@@ -136,11 +92,7 @@ Resolved resolve_one(const Case& of, const Study& study)
     r.cells  = study.cells.empty() ? of.cells : study.cells;
     r.bars   = study.bars;
 
-    const Preset* preset = find_preset(study.method);
-    if (!preset)
-        throw InputError(
-            fmt::format("--method {}: there is no such preset. {}", study.method, io::suggestion(study.method, preset_names())));
-    r.request.method = preset->spec;
+    r.request.method = io::preset_called(study.method).spec;
 
     for (const Parameter& p : of.parameters) r.request.values.set(p.name, p.value);
     for (const auto& [name, value] : study.set) {
@@ -160,9 +112,9 @@ Resolved resolve_one(const Case& of, const Study& study)
         }
     }
     for (const auto& [name, value] : r.request.values.entries)
-        if (const auto axis = after(name, "method.")) set_axis(r.request.method, std::string(*axis), value);
-    if (const Rule* rule = broken_rule(r.request.method))
-        throw InputError(fmt::format("--method {}: {} is not allowed: {}", study.method, rule->what, rule->why));
+        if (const auto axis = after(name, "method."))
+            io::set_axis(r.request.method, "--set method.", std::string(*axis), text_of(value));
+    io::require_allowed(study.method, r.request.method);
 
     const int dim = of.dim_of(r.request.values);
     r.ppc         = study.ppc;

@@ -24,13 +24,15 @@ __global__ void one(Sweep<S::dim> s, TileReport* r)
     SurfaceForce<S::dim>::add(s.p, i, value, flux);
     S::spread(s.lattice, s.p, i, s.nodes, value, flux);
     S::spread_value(s.lattice, s.p, i, s.nodes, value);
-    S::collect(s.lattice, s.p, i, s.nodes, value, flux);
+    Quad gradient[S::dim] = {};
+    S::collect(s.lattice, s.p, i, s.nodes, value, gradient);
     S::collect_value(s.lattice, s.p, i, s.nodes, value);
-    Mat<S::dim> L{};
-    deform(s, i, L, *r);
-    place(s, i, Vec<S::dim>{}, *r);
-    Evolution::apply(s, i);
-    measure_reach<S>(s, i, *r);
+    const Batch b{i, 1};
+    Lanes move{}, reach{};
+    deform(s, b, Mat<S::dim, Lanes>{}, *r);
+    place(s, b, Vec<S::dim, Lanes>{}, move, *r);
+    Evolution::apply(s, b);
+    measure_reach<S>(s, b, reach, *r);
 }
 #define ORDO_ONE(S, D, ...) template __global__ void one<S, __VA_ARGS__>(Sweep<D>, TileReport*);
 using PointHat = Point<3, Hat>;
@@ -59,8 +61,10 @@ template <int D, int degree>
 __global__ void fit(Sweep<D> s, Lanes* records, Vec<D> distance)
 {
     using M = Moments<D, degree, D>;
-    const ParticleSamples<D> samples(s.lattice, s.p, 0, true);
-    M::add(records, distance, 1.0, samples.v[1].c);
+    const CornerSamples<D> samples(s.lattice, s.p, 0);
+    double v[D];
+    for (int a = 0; a < D; ++a) v[a] = samples.v[a][0];
+    M::add(records, distance, 1.0, v);
     double matrix[M::unknowns][M::unknowns], row[M::unknowns];
     M::matrix(records, matrix);
     const Ldl<M::unknowns> ldl(matrix);

@@ -241,6 +241,63 @@ TEST(Gather, EqualsTheNaiveLoop)
     });
 }
 
+/// Eight particles at a time, the last ones of a tile fewer, of several materials: each as if it were alone.
+template <int D>
+void check_batches(const MethodSpec& spec)
+{
+    const std::array materials{MaterialModel::neo_hookean, MaterialModel::jaumann_elastic, MaterialModel::st_venant_kirchhoff};
+    std::array<Material, 3> law;
+    auto updated = [&](auto&& next_length) {
+        auto f = std::make_unique<Fixture<D>>(spec);
+        for (Lanes& n : f->s.nodes)
+            for (int k = 0; k < NodeLane::end; ++k) n[k] = k == NodeLane::mass ? 1.5 : test::uniform(f->random, -1, 1);
+        const ParticleView<D> p = f->s.particles.view();
+        for (int m = 0; m < 3; ++m) law[m] = {materials[m], 1e3, 5.8e5 * (m + 1), 3.8e5};
+        for (int i = 0; i < p.count; ++i)  // runs of one material and changes within a batch
+            p.material[i] = i / 40 % 2 ? i / 3 % 3 : 0;
+        Sweep<D> view  = f->sweep(0.003);
+        view.materials = law.data();
+        TileReport report;
+        for (int i = 0, end = 0; i < p.count; i = end) {
+            end = std::min(p.count, i + next_length(i));
+            f->passes.update_all(view, i, end, report);
+        }
+        EXPECT_EQ(report.fault, Fault::none);
+        return f;
+    };
+    const auto one_by_one   = updated([](int) { return 1; });
+    const auto together     = updated([](int i) { return 3 + i % 17; });
+    const ParticleView<D> a = one_by_one->s.particles.view(), b = together->s.particles.view();
+    for (int i = 0; i < a.count; ++i) {
+        EXPECT_EQ(a.material[i], b.material[i]);
+        EXPECT_NEAR(a.V[i], b.V[i], 1e-14);
+        for (int c = 0; c < D; ++c) {
+            EXPECT_NEAR(a.x[i][c], b.x[i][c], 1e-14);
+            EXPECT_NEAR(a.v[i][c], b.v[i][c], 1e-13);
+            for (int d = 0; d < D; ++d) {
+                EXPECT_NEAR(a.F[i](c, d), b.F[i](c, d), 1e-13);
+                EXPECT_NEAR(a.sigma[i](c, d), b.sigma[i](c, d), 1e-7);
+            }
+        }
+        with_material<D>(law[a.material[i]], [&](const auto& model) {
+            if constexpr (Hyperelastic<std::decay_t<decltype(model)>>) {
+                const Mat<D> sigma = model.cauchy(a.F[i]);
+                for (int c = 0; c < D * D; ++c) EXPECT_NEAR(b.sigma[i](c / D, c % D), sigma(c / D, c % D), 1e-7);
+            }
+        });
+    }
+}
+
+TEST(Gather, BatchesOfAnyLengthAndMaterial)
+{
+    test::for_each_spec(test::all_shapes(), [](const MethodSpec& spec) {
+        if (has_cells(spec)) return;  // move otherwise
+        check_batches<1>(spec);
+        check_batches<2>(spec);
+        check_batches<3>(spec);
+    });
+}
+
 TEST(Gather, PicFractionBlends)
 {
     Fixture<2> f(MethodSpec{});

@@ -271,6 +271,17 @@ COMMAND_FAULTS = [
     (["bench", "--particles", "0"], "--particles", "1"),
     (["bench", "--particles", "100", "--steps", "1", "--json", "case.toml/speed.json"], "case.toml/speed.json", "cannot be"),
     (["bench", "--steps", "0"], "--steps", "1"),
+    (["bench", "--repeat", "0"], "--repeat", "1"),
+    (["bench", "--set", "mas=lumped"], "mas", 'Did you mean "mass"?'),
+    (["bench", "--set", "mass=lump"], "mass=lump", 'Did you mean "lumped"?'),
+    (["bench", "--set", "method.mass=lump"], "method.mass=lump", 'Did you mean "lumped"?'),
+    (["bench", "--set", "mass"], "--set mass", "key=value"),
+    (["bench", "--set", "preset=mpm"], "preset", "--method"),
+    (["bench", "--set", "degree=4"], "degree=4", "from 0 to 3"),
+    (["bench", "--set", "degree=1.5"], "degree=1.5", "must be an integer"),
+    (["bench", "--set", "enrichment=all"], "enrichment", "there are no corners that cells share"),
+    (["bench", "--all", "--set", "mass=lump"], "mass=lump", 'Did you mean "lumped"?'),
+    (["bench", "--all", "--method", "mpm"], "--all", "leave out --method"),
 ]
 
 

@@ -11,7 +11,14 @@ from harness import CASE, ORDO, PRESETS, ROOT, InTemporaryDirectory, arrays, edi
 
 SHAPES = ("ball", "box", "ring", "cylinder", "particles")
 MATERIALS = ("neo-hookean", "st-venant-kirchhoff", "jaumann-elastic", "linear-rate-1d")
-BENCH_KEYS = {"method", "dim", "particles", "steps", "threads", "particle_steps_per_second", "ns_per_particle", "bytes_per_particle", "build"}
+BENCH_KEYS = {
+    "method", "dim", "set", "particles", "cells_per_axis", "courant_number", "steps", "repeats", "threads", "seconds",
+    "particle_steps_per_second", "ns_per_particle", "bytes_per_particle", "resident_bytes_per_particle", "setup_bytes_per_particle",
+    "node_visits_per_particle", "mass_solves_per_step", "mass_iterations_per_step", "flops_per_particle_step",
+    "traffic_bytes_per_particle_step", "flops_per_particle", "traffic_bytes_per_particle", "peak_gflops", "bandwidth_gb_per_second",
+    "share_of_peak_flops", "share_of_bandwidth", "version", "commit", "build",
+}
+STAGES = ["sort", "body_force", "scatter", "fit", "nodes", "gather"]
 
 # --set argument, path to the value in the resolved case, the value
 OVERRIDES = [
@@ -108,15 +115,88 @@ class Commands(InTemporaryDirectory):
                 with self.subTest(key):
                     self.assertIn(f"| `{key}` |", page)
 
+    def bench(self, *args):
+        return json.loads(self.good("bench", *args, "--threads", "1", "--json", "-"))
+
     def test_bench(self):
         options = ["--dim", "2", "--method", "cpdi1", "--particles", "2000", "--steps", "2", "--threads", "1"]
         printed = json.loads(self.good("bench", *options, "--json", "-"))
         self.good("bench", *options, "--json", "speed.json")
         for result in (printed, json.loads((self.dir / "speed.json").read_text())):
-            self.assertLessEqual(BENCH_KEYS, set(result))
+            self.assertEqual(BENCH_KEYS, set(result))
             self.assertEqual((result["method"], result["dim"], result["steps"], result["threads"]), ("cpdi1", 2, 2, 1))
             self.assertAlmostEqual(result["particles"], 2000, delta=500)
             self.assertGreater(result["particle_steps_per_second"], 0)
+            self.assertEqual(list(result["ns_per_particle"]), [*STAGES, "other"])
+        text = self.good("bench", *options)
+        for words in ("cpdi1 2D: ", "M particle-steps/s", "% of the peak", "% of the bandwidth", "resident at most"):
+            self.assertIn(words, text)
+
+    def test_bench_counts_work(self):
+        """Of four nodes; what a particle-step is counted to cost does not depend on how it was timed."""
+        once, thrice = (self.bench("--dim", "2", "--method", "mpm", "--particles", "2000", "--steps", steps, "--repeat", repeats)
+                        for steps, repeats in (("1", "1"), ("2", "3")))
+        self.assertEqual((once["repeats"], thrice["repeats"]), (1, 3))
+        self.assertEqual(once["node_visits_per_particle"], 4)
+        for key in ("flops_per_particle_step", "traffic_bytes_per_particle_step", "bytes_per_particle"):
+            self.assertEqual(once[key], thrice[key])
+        for key, parts in (("flops_per_particle_step", "flops_per_particle"), ("traffic_bytes_per_particle_step", "traffic_bytes_per_particle")):
+            self.assertEqual(list(once[parts]), STAGES)
+            self.assertAlmostEqual(sum(once[parts].values()), once[key])
+
+    def test_bench_shares(self):
+        """Small problems lie in caches and may pass the bandwidth of the memory; this one is far below."""
+        result = self.bench("--method", "cpdi2", "--particles", "4000", "--steps", "2")
+        for share, amount, ceiling in (("share_of_peak_flops", "flops_per_particle_step", "peak_gflops"),
+                                       ("share_of_bandwidth", "traffic_bytes_per_particle_step", "bandwidth_gb_per_second")):
+            self.assertGreater(result[share], 0)
+            self.assertLess(result[share], 1)
+            self.assertAlmostEqual(result[share], result[amount] * result["particle_steps_per_second"] / result[ceiling] / 1e9)
+
+    def test_bench_memory(self):
+        result = self.bench("--particles", "100000", "--steps", "1")
+        self.assertGreater(result["resident_bytes_per_particle"], result["bytes_per_particle"])
+        self.assertLess(result["resident_bytes_per_particle"], 10 * result["bytes_per_particle"])
+        self.assertLessEqual(result["setup_bytes_per_particle"], result["resident_bytes_per_particle"])
+
+    def test_bench_set(self):
+        """Axes by name, with or without their section, as one preset or another has them."""
+        options = ["--dim", "2", "--particles", "500", "--steps", "1"]
+        consistent = self.bench(*options, "--method", "bsmpm")
+        lumped = self.bench(*options, "--method", "bsmpm", "--set", "mass=lumped", "--set", "method.scheme=usl")
+        self.assertEqual(lumped["set"], ["mass=lumped", "method.scheme=usl"])
+        self.assertGreater(consistent["mass_iterations_per_step"], consistent["mass_solves_per_step"])
+        self.assertEqual(lumped["mass_solves_per_step"], 0)
+        splines = self.bench(*options, "--method", "mpm", "--set", "basis=bspline2")
+        self.assertEqual(splines["flops_per_particle_step"], lumped["flops_per_particle_step"])
+
+    def test_bench_all(self):
+        options = ["--all", "--dim", "2", "--particles", "300", "--steps", "1"]
+        rows = self.bench(*options)
+        self.assertEqual({row["dim"] for row in rows}, {2})
+        self.assertLessEqual(set(PRESETS), {row["method"] for row in rows})
+        for row in rows:
+            with self.subTest(row["method"]):
+                self.assertEqual(set(row), BENCH_KEYS)
+                self.assertGreater(row["flops_per_particle_step"], 0)
+                self.assertGreater(row["traffic_bytes_per_particle_step"], 0)
+                self.assertGreater(row["share_of_peak_flops"], 0)
+                self.assertLess(row["share_of_peak_flops"], 1)
+                self.assertGreater(row["share_of_bandwidth"], 0)
+        self.assertEqual([row["method"] for row in self.bench("--all", "--particles", "100", "--steps", "1")],
+                         2 * [row["method"] for row in rows])
+
+    def test_bench_all_names_what_is_refused(self):
+        rows = self.bench("--all", "--dim", "1", "--particles", "100", "--steps", "1", "--set", "samples=corners")
+        refused = {row["method"]: row["refused"] for row in rows if "refused" in row}
+        self.assertIn("only least squares have samples", refused["mpm"])
+        self.assertNotIn("icpdi1", refused)
+        text = self.good("bench", "--all", "--dim", "1", "--particles", "100", "--steps", "1", "--set", "samples=corners")
+        self.assertRegex(text, r"(?m)^mpm +1 +refused: .*only least squares have samples$")
+
+    def test_bench_machine(self):
+        result = self.bench("--machine")
+        self.assertEqual(set(result), {"threads", "peak_gflops", "bandwidth_gb_per_second", "build"})
 
     def test_quiet_says_nothing(self):
         done = ordo("run", self.write("case.toml", CASE), "--quiet", "--output", "out", cwd=self.dir)

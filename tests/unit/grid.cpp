@@ -6,6 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstring>
+#include <numeric>
 #include <set>
 
 namespace ordo {
@@ -14,31 +17,44 @@ namespace {
 TEST(Sort, OrderIsStableAndSorted)
 {
     test::Random random(1);
-    for (std::uint64_t end : {std::uint64_t{1}, std::uint64_t{50}, std::uint64_t{1} << 40}) {
-        std::vector<std::uint64_t> keys(5000);
-        for (auto& k : keys) k = std::uniform_int_distribution<std::uint64_t>(0, end - 1)(random);
-        std::vector<int> expected(keys.size());
-        std::iota(expected.begin(), expected.end(), 0);
-        std::stable_sort(expected.begin(), expected.end(), [&](int a, int b) { return keys[a] < keys[b]; });
-        EXPECT_EQ(stable_order(keys, end), expected);
-    }
+    const int before = thread_count();
+    for (std::size_t count : {5000u, 200000u})
+        for (std::uint64_t end : {std::uint64_t{50}, std::uint64_t{1} << 40})
+            for (int threads : {1, 3}) {
+                set_thread_count(threads);
+                Array<std::uint64_t> keys(count);
+                for (auto& k : keys) k = std::uniform_int_distribution<std::uint64_t>(0, end - 1)(random);
+                const std::vector<std::uint64_t> unsorted(keys.begin(), keys.end());
+                std::vector<int> expected(count);
+                std::iota(expected.begin(), expected.end(), 0);
+                std::stable_sort(expected.begin(), expected.end(), [&](int a, int b) { return unsorted[a] < unsorted[b]; });
+                const Array<int> order = sort_keys(keys, end);
+                EXPECT_TRUE(std::equal(order.begin(), order.end(), expected.begin(), expected.end()));
+                for (std::size_t k = 0; k < count; ++k) ASSERT_EQ(keys[k], unsorted[expected[k]]);
+                EXPECT_TRUE(sort_keys(keys, end).empty());
+            }
+    set_thread_count(before);
 }
 
 TEST(Tiles, WidthKeepsTilesOfOneColourApart)
 {
-    for (int degree : {1, 2, 3})
-        for (int halo = 1; halo < 40; ++halo) {
-            const int w = Tiles<1>::width_for(halo, degree);
-            EXPECT_LT(w + halo + degree, 2 * w - halo);
-        }
+    for (const std::ptrdiff_t particles : {std::ptrdiff_t{0}, std::ptrdiff_t{1} << 40})
+        for (int degree : {1, 2, 3})
+            for (int halo = 1; halo < 40; ++halo)
+                for (const int w : {Tiles<1>::width_for(halo, degree, particles), Tiles<2>::width_for(halo, degree, particles),
+                                    Tiles<3>::width_for(halo, degree, particles)}) {
+                    EXPECT_LT(w + halo + degree, 2 * w - halo);
+                    EXPECT_EQ(w % Tiles<1>::block_width, 0);
+                }
 }
 
 /// The nodes that tiles of one colour may write to never meet; every such node belongs to an active block.
 TEST(Tiles, ColoursShareNoNode)
 {
-    for (int halo : {1, 2, 5}) {
+    for (int trial = 0; trial < 6; ++trial) {  // narrow and wide tiles
+        const int halo = std::array{1, 2, 5}[trial % 3];
         const Lattice<2> lattice(Vec<2>{}, Vec<2>::filled(0.05), {40, 33}, {}, halo + 1);
-        Tiles<2> tiles(lattice, halo);
+        Tiles<2> tiles(lattice, halo, trial < 3 ? 0 : 1 << 30);
         std::vector<std::uint64_t> keys;
         IndexBox<2>{{halo + 1, halo + 1}, {halo + 41, halo + 34}}.for_each(
             [&](const Index<2>& c) { keys.push_back(tiles.key(c)); });
@@ -80,6 +96,46 @@ TEST(Tiles, ColoursShareNoNode)
     }
 }
 
+/// Blocks are those of the tiles with particles, those beside them, and all that hold images of their nodes.
+TEST(Tiles, BlocksAreNeighboursAndImages)
+{
+    test::Random random(3);
+    for (const Vec<2, bool>& periodic : {Vec<2, bool>{false, false}, Vec<2, bool>{true, false}, Vec<2, bool>{true, true}}) {
+        const Lattice<2> lattice(Vec<2>{}, Vec<2>::filled(0.05), {70, 33}, periodic, 2);
+        Tiles<2> tiles(lattice, 1);
+        const int width = tiles.width();
+        std::vector<std::uint64_t> keys;
+        std::set<std::pair<int, int>> expected;
+        for (int n = 0; n < 4; ++n) {
+            const Index<2> cell = {static_cast<int>(test::uniform(random, 2, 72)),
+                                   static_cast<int>(test::uniform(random, 2, 35))};
+            keys.push_back(tiles.key(cell));
+            IndexBox<2>::around({cell[0] / width, cell[1] / width}, 1).for_each([&](const Index<2>& b) {
+                if (b[0] >= 0 && b[1] >= 0 && b[0] * width < lattice.nodes[0] && b[1] * width < lattice.nodes[1])
+                    expected.insert({b[0], b[1]});
+            });
+        }
+        for (int a = 0; a < 2; ++a) {
+            const auto blocks = expected;
+            for (const auto& b : blocks)
+                tiles.nodes_of({b.first, b.second}).for_each([&](Index<2> at) {
+                    const int inside = lattice.periodic_image(a, at[a]) - lattice.margin;
+                    for (int k = 0; k < lattice.nodes[a] && periodic[a]; ++k)
+                        if ((k - lattice.margin - inside) % lattice.cells[a] == 0) {
+                            at[a] = k;
+                            expected.insert({at[0] / width, at[1] / width});
+                        }
+                });
+        }
+        std::sort(keys.begin(), keys.end());
+        tiles.assign(keys);
+        std::set<std::pair<int, int>> found;
+        for (const Index<2>& b : tiles.blocks()) found.insert({b[0], b[1]});
+        EXPECT_EQ(found, expected);
+        EXPECT_EQ(tiles.blocks().size(), expected.size());
+    }
+}
+
 /// Images add up once and copies reach every repeated node, corners too.
 TEST(Halo, PeriodicImages)
 {
@@ -106,6 +162,44 @@ TEST(Halo, PeriodicImages)
         const Index<2> image = {lattice.periodic_image(0, n[0]), lattice.periodic_image(1, n[1])};
         EXPECT_EQ(nodes[lattice.offset(n)][3], nodes[lattice.offset(image)][3]);
     });
+}
+
+/// Where the period is shorter than the margins a node has several ghosts: any number of threads adds them in one order,
+/// that of the axis.
+TEST(Halo, SeveralGhostsAddUpInOneOrder)
+{
+    const int before = thread_count();
+    for (const int thin : {1, 2, 3, 9}) {
+        const Lattice<2> lattice(Vec<2>{}, Vec<2>::filled(0.25), {thin, 3000}, {true, true}, 3);
+        Tiles<2> tiles(lattice, 2);
+        const IndexBox<2> all{{0, 0}, lattice.nodes};
+        std::vector<std::uint64_t> keys;
+        all.for_each([&](const Index<2>& c) { keys.push_back(tiles.key(c)); });
+        std::sort(keys.begin(), keys.end());
+        tiles.assign(keys);
+        const Halo<2> halo(lattice, tiles);
+        auto values = [&] {
+            test::Random random(7);
+            Array<Lanes> r(lattice.node_count());
+            for (Lanes& lanes : r)
+                for (int k = 0; k < 8; ++k) lanes[k] = test::uniform(random, -1, 1);
+            return r;
+        };
+        Array<Lanes> expected = values();
+        for (int a = 0; a < 2; ++a)
+            all.for_each([&](const Index<2>& ghost) {
+                Index<2> image = ghost;
+                image[a]       = lattice.periodic_image(a, ghost[a]);
+                if (image[a] != ghost[a]) expected[lattice.offset(image)] += expected[lattice.offset(ghost)];
+            });
+        for (const int threads : {1, 2, 5}) {
+            set_thread_count(threads);
+            Array<Lanes> nodes = values();
+            halo.add(nodes.data(), 0, NodeLane::end);
+            EXPECT_EQ(std::memcmp(nodes.data(), expected.data(), sizeof(Lanes) * nodes.size()), 0);
+        }
+    }
+    set_thread_count(before);
 }
 
 struct BoundaryCase {

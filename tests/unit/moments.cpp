@@ -25,13 +25,26 @@ void compare_spread_with_add(const Lattice<D>& g, Random& random)
     using M = Moments<D, degree, D + 1>;
     std::vector<Lanes> fast(g.node_count() * M::size, Lanes{}), plain = fast, windowed = fast;
     MomentWindows<D, degree, D + 1, std::conditional_t<Places::is_even, Places, HatNodes>, W> windows;
-    for (int s = 0; s < 80; ++s) {
+    Vec<D, Lanes> places{};
+    Lanes values[D + 1]{};
+    int lane = 0, lanes = 1;
+    for (int s = 0; s < 72; ++s) {
         Vec<D> y{};
         double u[D + 1];
         for (int a = 0; a < D; ++a) y[a] = g.margin + uniform(random, 0, s % 2 ? 1 : g.cells[a]);
         for (double& value : u) value = uniform(random, -1, 1);
         M::template spread<Places, W>(g, fast.data(), y, u);
-        if (Places::is_even) windows.add(y, u);
+        for (int a = 0; a < D; ++a) places[a][lane] = y[a];
+        for (int f = 0; f <= D; ++f) values[f][lane] = u[f];
+        if (++lane == lanes) {
+            for (int k = lanes; k < 8; ++k) {  // spare lanes repeat some sample
+                for (int a = 0; a < D; ++a) places[a][k] = places[a][0];
+                for (int f = 0; f <= D; ++f) values[f][k] = values[f][0];
+            }
+            if (Places::is_even) windows.add(places, values, lanes);
+            lane  = 0;
+            lanes = lanes % 8 + 1;  // twice 1 + 2 + ... + 8 samples
+        }
         IndexBox<D>{{}, g.nodes}.for_each([&](const Index<D>& at) {
             Vec<D> distance{};
             double weight = 1.0;

@@ -1,5 +1,5 @@
-// sin, cos, log and sqrt of eight numbers at once, so that body forces by automatic differentiation cost a fraction of a
-// step: glibc's vector library (libmvec) where CMake found it and the machine has the registers, else one by one.
+// sin, cos, log and sqrt of eight numbers at once, for stresses of eight particles and for body forces by automatic
+// differentiation: glibc's vector library (libmvec) where CMake found it and the machine has the registers, else one by one.
 #pragma once
 
 #include "base/lanes.hpp"
@@ -20,22 +20,6 @@ extern "C" {
 [[gnu::const]] ordo::Lanes::Half _ZGVdN4v_log(ordo::Lanes::Half);
 }
 #endif
-
-namespace ordo::verification {
-
-/// A constant in the scalar type T.
-template <class T>
-ORDO_FLAT inline T broadcast(double s)
-{
-    return s;
-}
-template <>
-ORDO_FLAT inline Lanes broadcast<Lanes>(double s)
-{
-    return make_lanes(s, s, s, s, s, s, s, s);
-}
-
-}  // namespace ordo::verification
 
 namespace ordo {
 

@@ -1,0 +1,289 @@
+#!/usr/bin/env python3
+"""The ratios of speed and memory that are demanded of ordo, measured side by side and judged.
+
+Speeds of a shared machine wander; ratios of programs that take turns do not. Each row runs its programs one after the other,
+again and again, and compares their medians. Exit code: 0 when no row fails, 1 when one does, 2 for wrong usage.
+
+    scripts/bench_ratios.py --only domains,memory
+    scripts/bench_ratios.py --spikes DIR --avx2 build/avx2/ordo --large --json ratios.json
+
+DIR holds programs of a few hundred lines that do nothing but the step of one method: node_record.cpp (mpm with ORDER 1,
+splines with ORDER 2) and corner_charges.cpp (cpdi1). They are compiled here.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+SPIKE_FLAGS = ["-O3", "-march=native", "-ffast-math", "-fopenmp"]
+SPIKE_CELLS = 64
+BLOCK = 884736  # 8 particles in each of 48^3 cells: what a spike of 64 cells a side has
+THREADED = 200000  # for all presets, some of which are slow
+SECONDS = 2.0  # about what a run takes
+LUMPED_SPLINES = ("bsmpm", "mass=lumped", "scheme=usl")
+
+# name of the spike, its source, its macros, the method that does the same
+SPIKES = [
+    ("node_record, ORDER 1", "node_record.cpp", ["-DORDER=1"], ("mpm",)),
+    ("node_record, ORDER 2", "node_record.cpp", ["-DORDER=2"], LUMPED_SPLINES),
+    ("corner_charges", "corner_charges.cpp", [], ("cpdi1",)),
+]
+# dimension, method, method it is compared with, how many times its time it may take
+TIMES = [
+    (3, "ugimp", "mpm", 3),
+    (3, "cpgimp", "mpm", 3),
+    (3, "impm", "mpm", 8),
+    (3, "cpls", "cpdi1", 5),
+    (2, "cpls", "cpdi1", 2.5),
+]
+RATES_2D = [("mpm", 1.5), ("cpdi1", 2)]  # over those in 3D
+RESIDENT = [("mpm", 400), ("bsmpm", 400), ("cpdi1", 520), ("cpdi2", 520)]  # bytes a particle, 3D
+
+
+def label(method):
+    return " ".join(method)
+
+
+class Failed(Exception):
+    """A program that did not come to its end."""
+
+
+class Bench:
+    """Runs `ordo bench`."""
+
+    def __init__(self, ordo):
+        self.ordo = ordo
+        self.steps = {}
+
+    def run(self, dim, method, particles, steps, threads=1):
+        name, *overrides = method
+        command = [self.ordo, "bench", "--dim", dim, "--method", name, "--particles", particles, "--steps", steps]
+        command += ["--threads", threads, "--json", "-"]
+        for override in overrides:
+            command += ["--set", override]
+        done = subprocess.run([str(c) for c in command], capture_output=True, text=True)
+        if done.returncode != 0:
+            raise Failed(f"{label(str(c) for c in command)}: {done.stderr.strip()}")
+        return json.loads(done.stdout)
+
+    def steps_for(self, dim, method, particles):
+        """As many as take about SECONDS, by a small block."""
+        if (dim, method) not in self.steps:
+            self.steps[dim, method] = self.run(dim, method, 20000, 1)["particle_steps_per_second"]
+        return int(min(max(SECONDS * self.steps[dim, method] / particles, 1), 50))
+
+    def speed(self, dim, method, particles, threads=1):
+        """A function that measures particle-steps per second."""
+
+        def measure():
+            steps = self.steps_for(dim, method, particles)
+            return self.run(dim, method, particles, steps, threads)["particle_steps_per_second"]
+
+        return measure
+
+
+def medians(measures, runs):
+    """The medians of functions that are called in turns."""
+    values = [[] for _ in measures]
+    for _ in range(runs):
+        for measure, of in zip(measures, values):
+            of.append(measure())
+    return [statistics.median(of) for of in values]
+
+
+def ratio(one, other, runs):
+    """That of the medians of two functions."""
+    first, second = medians([one, other], runs)
+    return first / second
+
+
+class Table:
+    """Rows that are printed when they are known."""
+
+    def __init__(self):
+        self.rows = []
+        print(f"{'what':<68} {'limit':>8} {'value':>8}")
+
+    def judge(self, group, what, relation, limit, measure):
+        """Asks measure() for the value; None is one that the system does not tell."""
+        row = {"group": group, "what": what, "relation": relation, "limit": limit, "value": None, "pass": False}
+        try:
+            value = measure()
+        except Failed as failure:
+            row["failed"] = str(failure)
+            self.add(row, f"FAIL: {failure}")
+            return
+        if value is None:
+            self.skip(group, what, "the system does not say")
+            return
+        passes = value >= limit if relation == ">=" else value <= limit
+        self.add(row | {"value": value, "pass": passes}, f"{relation} {limit:>5g} {value:8.4g}  {'pass' if passes else 'FAIL'}")
+
+    def skip(self, group, what, why):
+        self.add({"group": group, "what": what, "pass": None, "skipped": why}, f"skipped: {why}")
+
+    def add(self, row, text):
+        self.rows.append(row)
+        print(f"{row['what']:<68} {text}", flush=True)
+
+
+def spike_speed(program, steps):
+    """A function that runs a spike and reads its particle-steps per second."""
+
+    def measure():
+        done = subprocess.run([program, str(SPIKE_CELLS), str(steps)], capture_output=True, text=True,
+                              env=os.environ | {"OMP_NUM_THREADS": "1"})
+        found = re.search(r"([\d.]+) M particle-steps/s", done.stdout)
+        if done.returncode != 0 or not found:
+            raise Failed(f"{program.name}: {done.stderr.strip()}")
+        return 1e6 * float(found[1])
+
+    return measure
+
+
+def over_spike(bench, options, source, macros, method):
+    """The speed of a method over that of a spike."""
+    with tempfile.TemporaryDirectory() as directory:
+        program = pathlib.Path(directory) / source.stem
+        done = subprocess.run([options.cxx, *SPIKE_FLAGS, *macros, source, "-o", program], capture_output=True, text=True)
+        if done.returncode != 0:
+            raise Failed(done.stderr.strip())
+        steps = bench.steps_for(3, method, BLOCK)
+        return ratio(bench.speed(3, method, BLOCK), spike_speed(program, steps), options.runs)
+
+
+def judge_spikes(table, bench, options):
+    for name, source, macros, method in SPIKES:
+        what = f"speed of {label(method)} over {name}, 3D"
+        if options.spikes:
+            table.judge("spikes", what, ">=", 0.85, lambda: over_spike(bench, options, options.spikes / source, macros, method))
+        else:
+            table.skip("spikes", what, "no --spikes")
+
+
+def judge_domains(table, bench, options):
+    for dim, method, other, limit in TIMES:
+        speeds = [bench.speed(dim, (m,), BLOCK) for m in (other, method)]
+        table.judge("domains", f"time of {method} over {other}, {dim}D", "<=", limit, lambda: ratio(*speeds, options.runs))
+
+
+def judge_dimensions(table, bench, options):
+    for method, limit in RATES_2D:
+        speeds = [bench.speed(dim, (method,), BLOCK) for dim in (2, 3)]
+        table.judge("dimensions", f"speed of {method}, 2D over 3D", ">=", limit, lambda: ratio(*speeds, options.runs))
+
+
+def judge_threads(table, bench, options):
+    for method in options.threads_of:
+        speeds = [bench.speed(3, (method,), THREADED, threads) for threads in (2, 1)]
+        table.judge("threads", f"speed of {method}, two threads over one, 3D", ">=", 1.9, lambda: ratio(*speeds, options.runs))
+
+
+def judge_sizes(table, bench, options):
+    sizes = [100_000, 1_000_000] + ([10_000_000, 30_000_000] if options.large else [])
+
+    def spread():
+        speeds = medians([bench.speed(3, ("mpm",), n) for n in sizes], options.runs)
+        return max(speeds) / min(speeds)
+
+    table.judge("sizes", f"time a particle-step of mpm, {sizes[0]:.0e} to {sizes[-1]:.0e}, 3D", "<=", 1.15, spread)
+    if not options.large:
+        table.skip("sizes", "the same to 3e+07", "no --large")
+
+
+def judge_avx2(table, bench, options):
+    for method in (("mpm",), LUMPED_SPLINES, ("cpdi1",)):
+        what = f"speed of {label(method)}, AVX2 over this build, 3D"
+        if not options.avx2:
+            table.skip("avx2", what, "no --avx2")
+            continue
+        speeds = [b.speed(3, method, BLOCK) for b in (Bench(options.avx2), bench)]
+        table.judge("avx2", what, ">=", 0.5, lambda: ratio(*speeds, options.runs))
+
+
+def judge_memory(table, bench, _):
+    for method, limit in RESIDENT:
+        table.judge("memory", f"resident bytes a particle of {method}, 3D", "<=", limit,
+                    lambda: bench.run(3, (method,), BLOCK, 1)["resident_bytes_per_particle"])
+
+
+GROUPS = {
+    "memory": judge_memory,
+    "spikes": judge_spikes,
+    "domains": judge_domains,
+    "dimensions": judge_dimensions,
+    "avx2": judge_avx2,
+    "sizes": judge_sizes,
+    "threads": judge_threads,
+}
+
+
+def presets(ordo):
+    """The names of all presets."""
+    done = subprocess.run([ordo, "bench", "--all", "--dim", "1", "--particles", "10", "--steps", "1", "--json", "-"],
+                          capture_output=True, text=True, check=True)
+    return [row["method"] for row in json.loads(done.stdout)]
+
+
+def names_of(known):
+    def parse(text):
+        names = text.split(",")
+        for name in names:
+            if name not in known:
+                raise argparse.ArgumentTypeError(f"{name}: there is {', '.join(known)}")
+        return names
+
+    return parse
+
+
+def parse_options():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--ordo", type=pathlib.Path, default=ROOT / "build" / "release" / "ordo", help="the program")
+    parser.add_argument("--spikes", type=pathlib.Path, help="directory of the programs to compare with; without it they are skipped")
+    parser.add_argument("--avx2", type=pathlib.Path, help="the program built for AVX2; without it these rows are skipped")
+    parser.add_argument("--large", action="store_true", help="sizes up to 3e7 particles (12 GB)")
+    parser.add_argument("--only", type=names_of(GROUPS), default=list(GROUPS), help=f"of {', '.join(GROUPS)}, separated by commas")
+    parser.add_argument("--threads-of", metavar="PRESETS", help="presets for the group threads, separated by commas; all without it")
+    parser.add_argument("--runs", type=int, default=5, help="of each program, of which the median counts")
+    parser.add_argument("--cxx", default="g++", help="compiler of the spikes")
+    parser.add_argument("--json", type=pathlib.Path, help="file for the rows")
+    options = parser.parse_args()
+    if not os.access(options.ordo, os.X_OK):
+        parser.error(f"--ordo {options.ordo}: there is no such program")
+    if options.spikes and not options.spikes.is_dir():
+        parser.error(f"--spikes {options.spikes}: there is no such directory")
+    if options.avx2 and not os.access(options.avx2, os.X_OK):
+        parser.error(f"--avx2 {options.avx2}: there is no such program")
+    if options.runs < 1:
+        parser.error("--runs must be at least 1")
+    known = presets(options.ordo)
+    try:
+        options.threads_of = names_of(known)(options.threads_of) if options.threads_of else known
+    except argparse.ArgumentTypeError as error:
+        parser.error(f"--threads-of {error}")
+    return options
+
+
+def main():
+    options = parse_options()
+    table = Table()
+    bench = Bench(options.ordo)
+    for name, judge in GROUPS.items():
+        if name in options.only:
+            judge(table, bench, options)
+            if options.json:
+                options.json.write_text(json.dumps({"runs": options.runs, "load": os.getloadavg(), "rows": table.rows}, indent=1) + "\n")
+    failed = [row for row in table.rows if row["pass"] is False]
+    print(f"{len(failed)} of {len(table.rows)} rows fail")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

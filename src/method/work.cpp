@@ -1,0 +1,533 @@
+#include "method/work.hpp"
+
+#include "kernels/cell_fields.hpp"
+#include "kernels/cell_gradient.hpp"
+#include "kernels/monomials.hpp"
+#include "method/passes.hpp"
+#include "shape/box.hpp"
+
+namespace ordo {
+
+namespace {
+
+constexpr double kLanes = 8, kRecord = sizeof(Lanes);
+
+// ---- small tensors, flops ---------------------------------------------------------------------------------------------
+
+template <int D>
+constexpr double kProduct = D* D*(2 * D - 1);  ///< of two matrices
+template <int D>
+constexpr double kDet = D == 3   ? 14
+                        : D == 2 ? 3
+                                 : 0;
+template <int D>
+constexpr double kInverse = (D == 3 ? 27 : 0) + kDet<D> + 1 + D* D;  ///< cofactors, 1/det, product
+
+/// F + dtL F, J, V, sigma = [lambda ln J I + mu (F F^T - I)]/J, see `deform` and NeoHookean.
+template <int D>
+constexpr double kDeform = kProduct<D> + D* D + kDet<D> + 1 + kProduct<D> + D + D* D + 2 + D + 1 + D* D;
+
+/// The factors of an LDL^T of n unknowns, see kernels/ldl.hpp.
+double ldl_flops(int n)
+{
+    double flops = 0;
+    for (int j = 0; j < n; ++j) flops += 3 * j + (n - 1 - j) * (3 * j + 1);
+    return flops;
+}
+double ldl_solve_flops(int n) { return n + 2.0 * n * (n - 1); }
+
+// ---- what a particle's stencil costs ------------------------------------------------------------------------------------
+
+/// Operations on a register of eight lanes in the four sums of a shape, and the node records that they meet.
+struct Sums {
+    double spread = 0, spread_value = 0, collect = 0, collect_value = 0, visits = 0;
+
+    Sums& operator+=(const Sums& o)
+    {
+        spread += o.spread;
+        spread_value += o.spread_value;
+        collect += o.collect;
+        collect_value += o.collect_value;
+        visits += o.visits;
+        return *this;
+    }
+    friend Sums operator*(Sums s, double n)
+    {
+        return {s.spread * n, s.spread_value * n, s.collect * n, s.collect_value * n, s.visits * n};
+    }
+};
+
+/// Tensor products of n_a functions along each axis, loop by loop of shape/stencil.hpp: a multiply-add is two operations.
+template <int D>
+Sums sums_of_tensor(const Index<D>& n)
+{
+    Sums r{};
+    r.visits = 1;
+    for (int a = D - 1; a >= 0; --a) {
+        r.visits *= n[a];
+        r.spread += r.visits * (a > 0 ? 3 + a : 4);    // value w + flux dw; flux w of the other axes, or the node
+        r.spread_value += r.visits * (a > 0 ? 1 : 2);  // value w; the node
+        r.collect += r.visits * (4 + 2 * a);           // value, gradient along a and along those before
+        r.collect_value += r.visits * 2;
+    }
+    return r;
+}
+
+/// Charges of corners, w_c A + g_c . X, spread with values alone (shape/corners.hpp): some corners are on the grid, others
+/// are nodes.
+template <int D>
+Sums sums_of_corners(int on_grid, int own, int width)
+{
+    const Sums one       = sums_of_tensor<D>(Index<D>::filled(width));
+    const double corners = on_grid + own;
+    return {corners * (1 + 2 * D) + on_grid * one.spread_value + own, corners + on_grid * one.spread_value + own,
+            corners * (2 + 2 * D) + on_grid * one.collect_value, corners * 2 + on_grid * one.collect_value,
+            on_grid * one.visits + own};
+}
+
+/// Those of a parallelepiped share one weight and one set of dual vectors: the charges differ by signs.
+template <int D>
+Sums sums_of_parallelepiped(int width)
+{
+    constexpr double corners = 1 << D, duals = 2 * D * D;
+    const Sums one = sums_of_tensor<D>(Index<D>::filled(width));
+    return {1 + duals + corners * (2 * D + one.spread_value), 1 + corners * one.spread_value,
+            2 + duals + corners * (1 + 2 * D + one.collect_value), 2 + corners * one.collect_value, corners * one.visits};
+}
+
+/// Hats with the smoothed part of the gradient: two more nodes for each node and axis (shape/dual_domain.hpp).
+template <int D>
+Sums sums_of_dual_domain()
+{
+    Sums r = sums_of_tensor<D>(Index<D>::filled(2));
+    r.spread += 4.0 * D * (1 << D);
+    r.collect += 3.0 * D * (1 << D);
+    return r;
+}
+
+/// A point, and a quadrature point.
+template <int D>
+Sums sums_of_point(const MethodSpec& spec)
+{
+    if (spec.basis == Basis::ddmpm) return sums_of_dual_domain<D>();
+    return sums_of_tensor<D>(Index<D>::filled(grid_basis(spec).degree + 1));
+}
+
+/// A box meets as many functions as its ends decide.
+template <int D, class Basis>
+Sums sums_of_box(const Lattice<D>& g, const ParticleView<D>& p, int i)
+{
+    Index<D> n{};
+    Box<D, Basis>::with_stencil(g, p, i, [&](const auto& stencil) {
+        for (int a = 0; a < D; ++a) n[a] = stencil.size(a);
+    });
+    return sums_of_tensor<D>(n);
+}
+template <int D>
+Sums sums_of_box(const MethodSpec& spec, const Lattice<D>& g, const ParticleView<D>& p, int i)
+{
+    switch (spec.basis) {
+    case Basis::bspline2: return sums_of_box<D, BSpline<2>>(g, p, i);
+    case Basis::bspline3: return sums_of_box<D, BSpline<3>>(g, p, i);
+    case Basis::hat:
+    case Basis::ddmpm: break;  // which has no boxes
+    }
+    return sums_of_box<D, Hat>(g, p, i);
+}
+
+template <int D>
+Sums sums_of_cell(const ParticleView<D>& p, int i, int width)
+{
+    int own = 0;
+    for (int c = 0; c < p.cell[i].count() && p.corner_node; ++c) own += p.corner_node[p.cell[i][c]] >= 0;
+    return sums_of_corners<D>(p.cell[i].count() - own, own, width);
+}
+
+/// All particles.
+template <int D>
+Sums sums_of_particles(const MethodSpec& spec, const Lattice<D>& g, const ParticleView<D>& p)
+{
+    const int width = grid_basis(spec).degree + 1;
+    Sums total{};
+    switch (spec.domain) {
+    case Domain::point: return sums_of_point<D>(spec) * p.count;
+    case Domain::parallelepiped: return sums_of_parallelepiped<D>(width) * p.count;
+    case Domain::box:
+    case Domain::stretched_box:
+        for (int i = 0; i < p.count; ++i) total += sums_of_box(spec, g, p, i);
+        break;
+    case Domain::cell:
+    case Domain::simplex:
+        for (int i = 0; i < p.count; ++i) total += sums_of_cell(p, i, width);
+        break;
+    }
+    return total;
+}
+
+// ---- the step -----------------------------------------------------------------------------------------------------------
+
+template <class T>
+double size_of(const T* field)
+{
+    return field ? sizeof(T) : 0;
+}
+
+/// One function a pass, in the sequence of Explicit<D>::step.
+template <int D>
+class Counter {
+  public:
+    Counter(const Model<D>& model, State<D>& s)
+        : method_(model.method),
+          s_(s),
+          passes_(choose_passes<D>(model.method)),
+          p_(s.particles.view()),
+          n_(p_.count),
+          corners_(static_cast<double>(s.particles.corner.size())),
+          sums_(sums_of_particles(method_, s.lattice, p_)),
+          // x_p, its domain, and the corners that cells share, once a pass
+          place_(n_ * (size_of(p_.x) + size_of(p_.half) + size_of(p_.edges) + size_of(p_.cell)) +
+                 corners_ * (size_of(p_.corner) + size_of(p_.corner_node)))
+    {
+        total_.visits = sums_.visits;
+        count_records();
+    }
+
+    StepWork count(double mass_solves, double mass_iterations)
+    {
+        clear();
+        bool has_velocities = true;
+        if (method_.scheme == Scheme::usf) {
+            project();
+            velocities();
+            copy();
+            find_gradients();
+            gather(kStress | kPast);
+            add_forces(false);
+        } else {
+            has_velocities = project_and_force();
+        }
+        if (!has_velocities && (method_.mass == MassMatrix::lumped || s_.constraints.has_prescribed())) velocities();
+        advance();
+        switch (method_.scheme) {
+        case Scheme::usf:
+            keep();
+            gather(kVelocity | kMove);
+            break;
+        case Scheme::usl:
+            if (!keeps_gradient()) keep();
+            find_gradients();
+            gather(kVelocity | kStress | kMove);
+            break;
+        case Scheme::musl:
+            gather(kVelocity);
+            keep();
+            clear();
+            project();
+            velocities();
+            find_gradients();
+            gather(kStress);
+            if (passes_.move) gather(kMove);
+            break;
+        }
+        move_corners();
+        solve_mass(mass_solves, mass_iterations);
+        return total_;
+    }
+
+  private:
+    using Stage = StageTimes::Stage;
+    enum Part : unsigned { kVelocity = 1, kStress = 2, kMove = 4, kPast = 8 };
+
+    void add(Stage stage, double flops, double bytes) { total_.stages[stage] += {flops, bytes}; }
+
+    /// How many nodes and cells of the grid the passes touch.
+    void count_records()
+    {
+        auto count_where = [&](const Array<Lanes>& records, int size, int part, int lane, double& there) {
+            if (records.empty()) return;
+            for (const Index<D>& block : s_.tiles.blocks())
+                s_.tiles.nodes_of(block).for_each(
+                    [&](const Index<D>& at) { there += records[s_.lattice.offset(at) * size + part][lane] > 0; });
+        };
+        for (const Index<D>& block : s_.tiles.blocks()) s_.tiles.nodes_of(block).for_each([&](const Index<D>&) { ++active_; });
+        count_where(s_.nodes, 1, 0, NodeLane::mass, massive_);
+        count_where(s_.cell_contents, 1, 0, NodeLane::volume, cells_);
+        if (passes_.velocity_fit.size > 0) count_where(s_.velocity_records, passes_.velocity_fit.size, 0, 0, targets_);
+        if (passes_.cell_fit.size > 0) count_where(s_.cell_records, passes_.cell_fit.size, 0, 0, cell_targets_);
+        constexpr int size = CellGradient<D>::size;
+        count_where(s_.gradients, size, size - 1, 7, gradients_);
+        active_ += static_cast<double>(p_.enriched_count);
+        massive_ += static_cast<double>(p_.enriched_count);
+    }
+
+    bool keeps_gradient() const
+    {
+        return method_.scheme == Scheme::usl && carries_gradient(method_) && method_.projection != Projection::affine;
+    }
+    int unknowns() const { return binomial(static_cast<int>(method_.degree) + D, D); }
+
+    // Passes over nodes. All active ones are read, those with mass change.
+    void clear() { add(Stage::nodes, 0, kRecord * active_); }
+    void copy() { add(Stage::nodes, 0, 2 * kRecord * active_); }
+    /// 1/m, and its product with the lanes.
+    void lumped_velocities() { add(Stage::nodes, (1 + kLanes) * massive_, kRecord * (active_ + massive_)); }
+    /// dt/m, dt a = (dt/m) f + dt g, its difference to f, and the sum with the lanes.
+    void advance() { add(Stage::nodes, (1 + 2 * 3 + 3 + kLanes) * massive_, kRecord * (active_ + massive_)); }
+
+    // Scatters.
+    void scatter(double flops, double fields) { add(Stage::scatter, flops, place_ + n_ * fields + 2 * kRecord * massive_); }
+    double body_force_flops() const { return p_.b ? D : 0; }
+    /// A scatter of quadrature points with their V sigma; m and m v where they have it.
+    void scatter_points(bool has_mass, bool has_force)
+    {
+        const ParticleView<D> q = s_.points.view();
+        const double points     = q.count;
+        const Sums one          = sums_of_point<D>(method_);
+        const double fields =
+            size_of(q.x) + size_of(q.V) + (has_mass ? size_of(q.m) + size_of(q.v) : 0) + (has_force ? size_of(q.sigma) : 0);
+        add(Stage::scatter,
+            points * (kLanes * (has_force ? one.spread : one.spread_value) + (has_mass ? D : 0) + (has_force ? D * D : 0)),
+            points * fields + 2 * kRecord * massive_);
+    }
+
+    /// m_i and (m v)_i of particles: m v; with affine velocities m (v + L (x_i - x_p)), or polynomials, at each node.
+    void project_particles()
+    {
+        const double fields = size_of(p_.m) + size_of(p_.v) + size_of(p_.V);
+        if (p_.modes) {
+            const double modes = power_of(static_cast<int>(method_.degree) + 1, D);
+            scatter(sums_.visits * (2 * kLanes + modes * (D + 2 * D) + D), fields + modes * sizeof(Vec<D>));
+        } else if (method_.projection == Projection::affine || method_.projection == Projection::gradient_enhanced) {
+            scatter(sums_.visits * (2 * kLanes + D + D * (2 * D - 1) + 2 * D), fields + size_of(p_.L));
+        } else {
+            scatter(kLanes * sums_.spread_value + n_ * D, fields);
+        }
+    }
+    void project()
+    {
+        if (!has_tls_velocity(method_)) {
+            project_particles();
+            return;
+        }
+        fit_cells();
+        scatter_points(true, false);
+        if (method_.domain == Domain::point) return;
+        clear();
+        project_particles();
+        settle_masses();
+    }
+    /// True where nodes have velocities afterwards.
+    bool project_and_force()
+    {
+        const bool finds_velocities = passes_.velocity_fit.solve || method_.quadrature == Quadrature::cell;
+        const bool is_fused         = passes_.project_and_force && !passes_.cell_fit.spread;
+        if (is_fused)
+            scatter(kLanes * sums_.spread + n_ * (D + D * D + body_force_flops()),
+                    size_of(p_.m) + size_of(p_.v) + size_of(p_.V) + size_of(p_.sigma) + size_of(p_.b));
+        else
+            project();
+        if (finds_velocities) velocities();
+        if (!is_fused) add_forces(has_tls_velocity(method_));
+        return finds_velocities;
+    }
+    /// f_i: V sigma, and what it is spread with.
+    void add_forces(bool has_points)
+    {
+        const bool is_cell = method_.quadrature == Quadrature::cell;
+        if (!is_cell && !has_gauss_forces(method_)) {
+            scatter(kLanes * sums_.spread + n_ * (D * D + body_force_flops()),
+                    size_of(p_.V) + size_of(p_.sigma) + (p_.b ? size_of(p_.b) + size_of(p_.m) : 0));
+            return;
+        }
+        if (!has_points) fit_cells();
+        if (!is_cell) {
+            scatter_points(false, true);
+            return;
+        }
+        copy();
+        add(Stage::nodes, kLanes * active_, 2 * kRecord * active_);  // clear_masses
+        if (passes_.project_and_force_points) {
+            scatter_points(true, true);
+        } else {
+            scatter_points(true, false);
+            scatter_points(false, true);
+        }
+        settle_masses();
+    }
+    void settle_masses() { add(Stage::nodes, 0, kRecord * (2 * active_ + massive_)); }
+
+    // Fits.
+    void velocities()
+    {
+        if (passes_.velocity_fit.solve) {
+            spread_velocity();
+            solve_velocity();
+        } else if (method_.mass == MassMatrix::lumped) {
+            lumped_velocities();
+        }  // else see solve_mass
+    }
+    /// A multiply-add of each Lanes of a record for each sample and target; L r and the samples at corners.
+    void spread_velocity()
+    {
+        const double size = passes_.velocity_fit.size, targets = power_of(width_of(method_.weight), D);
+        double samples = n_, flops = 0, bytes = n_ * (size_of(p_.x) + size_of(p_.v));
+        if (method_.samples == Samples::corners && p_.cell) {
+            for (int i = 0; i < p_.count; ++i)
+                for (int c = 0; c < (1 << D); ++c) samples += p_.samples[i] >> c & 1;
+            bytes += n_ * (size_of(p_.samples) + size_of(p_.cell)) + corners_ * 2 * sizeof(Vec<D>);
+        } else if (method_.samples == Samples::corners) {
+            samples += n_ * (1 << D);
+            flops = n_ * (kProduct<D> + (1 << D) * 4 * D * D);
+            bytes += n_ * (size_of(p_.L) + size_of(p_.edges) + size_of(p_.half));
+        }
+        flops += samples * targets * size * 2 * kLanes;
+        add(Stage::fit, flops, bytes + kRecord * size * (active_ + 2 * targets_));
+    }
+    /// L D L^T, its first row, and the product with the right-hand sides.
+    void solve_velocity()
+    {
+        const int n = unknowns();
+        add(Stage::fit, massive_ * (ldl_flops(n) + ldl_solve_flops(n) + D * 2 * n),
+            kRecord * (active_ + massive_ * (1 + passes_.velocity_fit.size)));
+    }
+    /// Contents of the cells; a multiply-add of each number of a record for each particle and target; then the points.
+    void fit_cells()
+    {
+        const double size = passes_.cell_fit.size, points = s_.points.count;
+        const bool is_cell   = method_.quadrature == Quadrature::cell;
+        const double targets = is_cell ? power_of(3, D) : 1;
+        const int n          = unknowns();
+        const int count      = is_cell ? CellFields<D, false>::used(p_) : CellFields<D, true>::count;
+        const double numbers = binomial(2 * static_cast<int>(method_.degree) + D, D) + count * n;
+        const double fields  = sizeof(Vec<D>) * 2 + sizeof(double) * 2 + sizeof(Mat<D>);
+        add(Stage::fit, n_ * (2 * D + kLanes + 1 + D + targets * numbers * 2),
+            n_ * (fields + size_of(p_.b)) + kRecord * ((1 + size) * active_ + 2 * cells_ + 2 * size * cell_targets_));
+        const double solves = ldl_flops(n) + (is_cell ? ldl_solve_flops(n) : ldl_flops(n - 1) + count * ldl_solve_flops(n));
+        add(Stage::fit, cells_ * solves + points * count * 2 * n, kRecord * (1 + size) * cells_ + points * fields);
+    }
+    /// L_c = sum_i v_i (x) grad N_i in cells whose nodes all have mass.
+    void find_gradients()
+    {
+        if (!passes_.gradient_at_center) return;
+        constexpr int size = CellGradient<D>::size;
+        add(Stage::fit, gradients_ * power_of(grid_basis(method_).degree + 1, D) * 2 * D * D,
+            kRecord * (size * (active_ + gradients_) + massive_));
+    }
+
+    // Gathers.
+    void gather(unsigned parts)
+    {
+        double flops = 0, fields = 0, records = massive_;
+        if (parts & kStress) {
+            if (passes_.gradient_at_center) {  // by 3^D cells; values by nodes where they are wanted
+                flops += kLanes * n_ * power_of(3, D) * CellGradient<D>::size * 2;
+                flops += parts & (kVelocity | kMove) ? kLanes * sums_.collect_value : 0;
+                records = gradients_ * CellGradient<D>::size + (parts & (kVelocity | kMove) ? massive_ : 0);
+            } else {
+                flops += kLanes * sums_.collect;
+            }
+            flops += n_ * (D * D + kDeform<D> + (parts & kPast ? D * D + kInverse<D> + kProduct<D> : 0));
+            fields += 2 * size_of(p_.F) + size_of(p_.sigma) + size_of(p_.V0) + size_of(p_.material);
+            fields += (p_.cell ? 0 : size_of(p_.V)) + (keeps_gradient() ? size_of(p_.L) : 0);
+        } else {
+            flops += kLanes * sums_.collect_value;
+        }
+        if (parts & kVelocity) {
+            flops += n_ * 4 * D;  // (1 - pic) (v + dv) + pic v_i
+            fields += 2 * size_of(p_.v);
+        }
+        if (parts & kMove && passes_.move) {
+            flops += n_ * (2 * D + (p_.edges ? kProduct<D> : 0));
+            fields += size_of(p_.x) + size_of(p_.edges0) + size_of(p_.edges);
+            if (method_.domain == Domain::stretched_box) {
+                flops += n_ * D;
+                fields += size_of(p_.half0) + size_of(p_.half);
+            }
+            if (!(parts & kStress) && (p_.edges || method_.domain == Domain::stretched_box)) fields += size_of(p_.F);
+        }
+        add(Stage::gather, flops, place_ + n_ * fields + kRecord * records);
+    }
+    /// What particles carry for the next projection.
+    void keep()
+    {
+        if (!passes_.keep) return;
+        double flops = 0, fields = size_of(p_.L);
+        if (p_.modes) {
+            const double modes = power_of(static_cast<int>(method_.degree) + 1, D);
+            flops              = sums_.visits * modes * (D + 3 * D);
+            fields             = modes * sizeof(Vec<D>);
+        } else if (method_.projection == Projection::affine) {  // B_p and D_p, B_p D_p^-1
+            flops = sums_.visits * (D + 6 * D * D) + n_ * (ldl_flops(D) + D * ldl_solve_flops(D));
+        } else {
+            flops = kLanes * sums_.collect;
+        }
+        add(Stage::gather, flops, place_ + n_ * fields + kRecord * massive_);
+    }
+    /// x_c += dt sum N_i(x_c) v_i; x_p = sum w_c x_c and V_p.
+    void move_corners()
+    {
+        if (!passes_.move_corners) return;
+        const Sums one  = sums_of_tensor<D>(Index<D>::filled(grid_basis(method_).degree + 1));
+        double on_grid  = corners_;
+        const auto size = static_cast<std::ptrdiff_t>(s_.particles.corner.size());
+        for (std::ptrdiff_t c = 0; c < size && p_.corner_node; ++c) on_grid -= p_.corner_node[c] >= 0;
+        add(Stage::gather, on_grid * kLanes * one.collect_value + corners_ * (2 + (p_.corner_velocity ? 4 : 0)) * D,
+            corners_ * (2 * size_of(p_.corner) + 2 * size_of(p_.corner_velocity) + size_of(p_.corner_node)) + kRecord * massive_);
+        const double of_cell = method_.domain == Domain::simplex ? D + 1 : 1 << D;
+        add(Stage::gather, n_ * of_cell * 3 * D, place_ + n_ * (size_of(p_.x) + size_of(p_.V)));
+    }
+
+    /// Conjugate gradients (method/mass_matrix.cpp): products with the mass matrix, one an iteration and two more a solve,
+    /// for what stays coupled and for the first residual; and the passes over the solver's records.
+    void solve_mass(double solves, double iterations)
+    {
+        if (method_.mass != MassMatrix::consistent) return;
+        const bool of_points  = has_tls_velocity(method_);
+        const double count    = of_points ? s_.points.count : n_;
+        const Sums sums       = of_points ? sums_of_point<D>(method_) * count : sums_;
+        const double place    = of_points ? count * sizeof(Vec<D>) : place_;
+        const double products = iterations + 2 * solves;
+        add(Stage::nodes, products * kLanes * (sums.collect_value + sums.spread_value + count),
+            products * (place + count * sizeof(double) + kRecord * (active_ + 3 * massive_)));
+        // p = r/m + p beta; q = free (q + p diagonal); p.q; u += p alpha, r -= q alpha; r.r/m
+        constexpr double operations = 3 + 3 + 2 + 4 + 3, records = 4 + 4 + 2 + 6 + 2;
+        // the rows, u = b/m, p = free u, r = free (b - q - u diagonal), norms of b and r, the solution
+        constexpr double first_operations = 1 + 1 + 4 + 6, first_records = 3 + 3 + 3 + 6 + 4 + 3;
+        add(Stage::nodes, kLanes * active_ * (operations * iterations + first_operations * solves),
+            kRecord * active_ * (records * iterations + first_records * solves));
+    }
+
+    const MethodSpec& method_;
+    State<D>& s_;
+    const Passes<D> passes_;
+    const ParticleView<D> p_;
+    const double n_, corners_;
+    const Sums sums_;
+    const double place_;
+    double active_ = 0, massive_ = 0;        ///< nodes of the blocks that the material touches; those with mass
+    double cells_   = 0;                     ///< that hold particles
+    double targets_ = 0, cell_targets_ = 0;  ///< of fits of the velocity, and of fields
+    double gradients_ = 0;                   ///< cells that have one
+    StepWork total_;
+};
+
+}  // namespace
+
+Work StepWork::total() const
+{
+    Work sum{};
+    for (const Work& w : stages) sum += w;
+    return sum;
+}
+
+template <int D>
+StepWork count_work(const Model<D>& model, State<D>& s, double mass_solves, double mass_iterations)
+{
+    return Counter<D>(model, s).count(mass_solves, mass_iterations);
+}
+
+template StepWork count_work(const Model<1>&, State<1>&, double, double);
+template StepWork count_work(const Model<2>&, State<2>&, double, double);
+template StepWork count_work(const Model<3>&, State<3>&, double, double);
+
+}  // namespace ordo

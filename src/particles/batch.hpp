@@ -1,0 +1,211 @@
+// Up to eight particles at a time, as Vec and Mat of Lanes: lane k of each number is that of particle first + k.
+#pragma once
+
+#include "base/lanes.hpp"
+#include "base/vec.hpp"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace ordo {
+
+/// Particles first, ..., first + count - 1, count from 1 to 8. Spare lanes repeat the last one.
+struct Batch {
+    static constexpr int size = 8;
+
+    int first, count;
+
+    /// The next particles of [first, end).
+    ORDO_FLAT static Batch of(int first, int end) { return {first, smaller(size, end - first)}; }
+
+    ORDO_FLAT int particle(int lane) const { return first + smaller(lane, count - 1); }
+    ORDO_FLAT bool is_full() const { return count == size; }
+};
+
+/// Whether a number of each particle, such as its material, is the same in all of a batch.
+ORDO_FLAT inline bool are_alike(const std::int32_t* field, const Batch& b)
+{
+    int others = 0;
+    for (int k = 1; k < b.count; ++k) others += field[b.first + k] != field[b.first];
+    return others == 0;
+}
+
+/// The lanes f(particle), one by one.
+template <class F>
+ORDO_FLAT inline Lanes each_particle(const Batch& b, F&& f)
+{
+    Lanes r{};
+    for (int k = 0; k < Batch::size; ++k) r[k] = f(b.particle(k));
+    return r;
+}
+
+/// The numbers of fewer than eight particles from a field of N doubles a particle, and back.
+ORDO_HD ORDO_CALL inline void load_some(const double* from, int N, int count, Lanes* number)
+{
+    for (int c = 0; c < N; ++c)
+        for (int k = 0; k < Batch::size; ++k) number[c][k] = from[smaller(k, count - 1) * N + c];
+}
+ORDO_HD ORDO_CALL inline void store_some(double* to, int N, int count, const Lanes* number)
+{
+    for (int k = 0; k < count; ++k)
+        for (int c = 0; c < N; ++c) to[k * N + c] = number[c][k];
+}
+
+#if !defined(__CUDACC__) && defined(__AVX512F__)
+/// Eight particles of N numbers are N registers in memory. Lane k of number c is place k N + c: `in` picks it from register r
+/// where it lies there, `out` puts numbers c into register r; other lanes stay.
+template <int N>
+struct Interleaving {
+    alignas(64) long long in[N][N][8], out[N][N][8];
+
+    constexpr Interleaving() : in(), out()
+    {
+        for (int c = 0; c < N; ++c)
+            for (int r = 0; r < N; ++r)
+                for (int k = 0; k < 8; ++k) {
+                    const int from = k * N + c, to = 8 * r + k;
+                    in[c][r][k]  = from / 8 == r ? 8 + from % 8 : k;
+                    out[r][c][k] = to % N == c ? 8 + to / N : k;
+                }
+    }
+};
+template <int N>
+inline constexpr Interleaving<N> interleaving{};
+
+/// Turns N registers into N numbers, or back, by the orders of an Interleaving.
+template <int N>
+ORDO_FLAT inline void reorder(const long long (&order)[N][N][8], const Lanes (&from)[N], Lanes (&to)[N])
+{
+    for (int c = 0; c < N; ++c) {
+        to[c] = from[0];
+        for (int r = 0; r < N; ++r) to[c].v = _mm512_permutex2var_pd(to[c].v, _mm512_load_epi64(order[c][r]), from[r].v);
+    }
+}
+template <int N>
+ORDO_FLAT inline void load_few(const double* p, Lanes (&number)[N])
+{
+    Lanes in[N];
+    __builtin_memcpy(static_cast<void*>(in), p, sizeof in);
+    reorder(interleaving<N>.in, in, number);
+}
+template <int N>
+ORDO_FLAT inline void store_few(double* p, const Lanes (&number)[N])
+{
+    Lanes out[N];
+    reorder(interleaving<N>.out, number, out);
+    __builtin_memcpy(p, out, sizeof out);
+}
+#else
+template <int N>
+ORDO_FLAT inline void load_few(const double* p, Lanes (&number)[N])
+{
+    for (int c = 0; c < N; ++c)
+        number[c] =
+            make_lanes(p[c], p[N + c], p[2 * N + c], p[3 * N + c], p[4 * N + c], p[5 * N + c], p[6 * N + c], p[7 * N + c]);
+}
+template <int N>
+ORDO_FLAT inline void store_few(double* p, const Lanes (&number)[N])
+{
+    for (int k = 0; k < Batch::size; ++k)
+        for (int c = 0; c < N; ++c) p[k * N + c] = number[c][k];
+}
+#endif
+
+/// The numbers of eight particles: up to four of each, or nine.
+template <int N>
+ORDO_FLAT inline void load_full(const double* p, Lanes (&number)[N])
+{
+    if constexpr (N <= 4) {
+        load_few(p, number);
+    } else {
+        static_assert(N == 9);
+        Lanes row[8];
+        for (int k = 0; k < 8; ++k) __builtin_memcpy(static_cast<void*>(&row[k]), p + 9 * k, sizeof row[k]);
+        transpose(row);
+        for (int c = 0; c < 8; ++c) number[c] = row[c];
+        number[8] = make_lanes(p[8], p[17], p[26], p[35], p[44], p[53], p[62], p[71]);
+    }
+}
+template <int N>
+ORDO_FLAT inline void store_full(double* p, const Lanes (&number)[N])
+{
+    if constexpr (N <= 4) {
+        store_few(p, number);
+    } else {
+        Lanes row[8];
+        for (int c = 0; c < 8; ++c) row[c] = number[c];
+        transpose(row);
+        for (int k = 0; k < 8; ++k) {
+            __builtin_memcpy(p + 9 * k, &row[k], sizeof row[k]);
+            p[9 * k + 8] = number[8][k];
+        }
+    }
+}
+
+/// The same of a batch.
+template <int N>
+ORDO_FLAT inline void load(const double* field, const Batch& b, Lanes (&number)[N])
+{
+    const double* p = field + static_cast<std::ptrdiff_t>(b.first) * N;
+    if (b.is_full()) {
+        load_full(p, number);
+    } else {
+        Lanes some[N];  // in memory, so that `number` need not be
+        load_some(p, N, b.count, some);
+        for (int c = 0; c < N; ++c) number[c] = some[c];
+    }
+}
+template <int N>
+ORDO_FLAT inline void store(double* field, const Batch& b, const Lanes (&number)[N])
+{
+    double* p = field + static_cast<std::ptrdiff_t>(b.first) * N;
+    if (b.is_full()) {
+        store_full(p, number);
+    } else {
+        Lanes some[N];
+        for (int c = 0; c < N; ++c) some[c] = number[c];
+        store_some(p, N, b.count, some);
+    }
+}
+
+ORDO_FLAT inline Lanes load(const double* field, const Batch& b)
+{
+    Lanes r[1];
+    load(field, b, r);
+    return r[0];
+}
+template <int D>
+ORDO_FLAT inline Vec<D, Lanes> load(const Vec<D>* field, const Batch& b)
+{
+    Vec<D, Lanes> r;
+    load(field[0].c, b, r.c);
+    return r;
+}
+template <int D>
+ORDO_FLAT inline Mat<D, Lanes> load(const Mat<D>* field, const Batch& b)
+{
+    Lanes number[D * D];
+    load(field[0].c[0], b, number);
+    Mat<D, Lanes> r;
+    for (int c = 0; c < D * D; ++c) r(c / D, c % D) = number[c];
+    return r;
+}
+ORDO_FLAT inline void store(double* field, const Batch& b, const Lanes& value)
+{
+    const Lanes number[1] = {value};
+    store(field, b, number);
+}
+template <int D>
+ORDO_FLAT inline void store(Vec<D>* field, const Batch& b, const Vec<D, Lanes>& value)
+{
+    store(field[0].c, b, value.c);
+}
+template <int D>
+ORDO_FLAT inline void store(Mat<D>* field, const Batch& b, const Mat<D, Lanes>& value)
+{
+    Lanes number[D * D];
+    for (int c = 0; c < D * D; ++c) number[c] = value(c / D, c % D);
+    store(field[0].c[0], b, number);
+}
+
+}  // namespace ordo

@@ -1,0 +1,133 @@
+// The work of a step: counted node visits against the shapes themselves, operations against sums by hand.
+#include "method/work.hpp"
+#include "support/particles.hpp"
+
+namespace ordo {
+namespace {
+
+const MethodSpec& spec_of(std::string_view preset) { return find_preset(preset)->spec; }
+
+template <int D>
+struct Stepped {
+    Explicit<D> method;
+    State<D> s;
+
+    explicit Stepped(const MethodSpec& spec)
+        : method(test::unit_box<D>(8, spec)),
+          s(method.start(test::plant_halves(method.model(), test::block(method.model(), 0.25, 0.75, 2))))
+    {
+        method.step(s, 1e-6);
+    }
+    StepWork work(double solves = 0, double iterations = 0) { return count_work(method.model(), s, solves, iterations); }
+    double particles() const { return s.particles.count; }
+};
+
+/// Visits of nodes with a shape's own definition.
+template <int D>
+double visits(const MethodSpec& spec, State<D>& s)
+{
+    double n = 0;
+    test::with_shape<D>(spec, [&](auto shape) {
+        using S = typename decltype(shape)::type;
+        for (int i = 0; i < s.particles.count; ++i)
+            S::for_each_node(s.lattice, s.particles.view(), i, s.nodes.data(),
+                             [&](std::ptrdiff_t, double, const Vec<D>&) { ++n; });
+    });
+    return n;
+}
+
+template <int D>
+void check_visits(const MethodSpec& spec)
+{
+    if (spec.basis == Basis::ddmpm) return;  // whose definition visits the neighbours too
+    const Explicit<D> method(test::unit_box<D>(8, spec));
+    test::Random random(3);
+    State<D> s = test::random_state(method, 20, random);
+    EXPECT_EQ(count_work(method.model(), s, 0, 0).visits, visits(spec, s));
+}
+
+TEST(Work, VisitsAreThoseOfTheShape)
+{
+    test::for_each_spec(test::all_shapes(), check_visits<1>);
+    test::for_each_spec(test::all_shapes(), check_visits<2>);
+    test::for_each_spec(test::all_shapes(), check_visits<3>);
+}
+
+TEST(Work, VisitsOfAParticle)
+{
+    const std::pair<std::string_view, double> in_3d[] = {{"mpm", 8},    {"ugimp", 27},  {"cpdi1", 64},
+                                                         {"cpdi2", 64}, {"cpdi2t", 32}, {"bscpdi2", 216},
+                                                         {"bsmpm", 27}, {"ddmpm", 8},   {"fem", 8}};
+    for (const auto& [preset, wanted] : in_3d) {
+        SCOPED_TRACE(preset);
+        Stepped<3> block(spec_of(preset));
+        EXPECT_EQ(block.work().visits, wanted * block.particles());
+    }
+}
+
+/// mpm in 3D. The scatter has 2 rows of 5 operations on eight lanes, 4 of 4 and 8 nodes of 4, and 3 + 9 for m v and V sigma;
+/// the gather 2 of 8, 4 of 6, 8 of 4, then 9 for dt L, 141 for F, J and the stress, 12 for v and 6 for x.
+TEST(Work, OperationsOfMpm)
+{
+    Stepped<3> block(spec_of("mpm"));
+    const StepWork work = block.work();
+    EXPECT_EQ(work.stages[StageTimes::scatter].flops, (8 * (2 * 5 + 4 * 4 + 8 * 4) + 3 + 9) * block.particles());
+    EXPECT_EQ(work.stages[StageTimes::gather].flops, (8 * (2 * 8 + 4 * 6 + 8 * 4) + 9 + 141 + 12 + 6) * block.particles());
+    EXPECT_EQ(work.stages[StageTimes::fit].flops, 0);
+}
+
+/// Scatter: x, v, m, V, sigma, and each node with mass twice. The block has 4 cells a side, 5 nodes.
+TEST(Work, TrafficOfMpm)
+{
+    Stepped<3> block(spec_of("mpm"));
+    const StepWork work = block.work();
+    const double nodes  = 5 * 5 * 5;
+    EXPECT_EQ(work.stages[StageTimes::scatter].bytes, (2 * 24 + 2 * 8 + 72) * block.particles() + 2 * 64 * nodes);
+    EXPECT_EQ(work.stages[StageTimes::gather].bytes,
+              (2 * 24 + 2 * 24 + 2 * 72 + 72 + 8 + 8 + 4) * block.particles() + 64 * nodes);
+}
+
+/// A sample of cpls meets 4^D targets, with a record of ceil(numbers/8) Lanes each, and there are 9 samples.
+TEST(Work, FitsCountSamplesTargetsAndLanes)
+{
+    Stepped<3> all(spec_of("cpls")), particles(spec_of("icpdi1"));
+    const double more  = all.work().stages[StageTimes::fit].flops - particles.work().stages[StageTimes::fit].flops;
+    const double lanes = (10 + 3 * 4 + 7) / 8, corners = 8 * 4 * 9 + 45;  // the last for their velocities
+    EXPECT_EQ(more, all.particles() * (8 * 64 * lanes * 16 + corners));
+}
+
+TEST(Work, MassMatrixCostsItsIterations)
+{
+    Stepped<2> block(spec_of("bsmpm"));
+    const double none = block.work(1, 0).total().flops, one = block.work(1, 1).total().flops,
+                 ten = block.work(1, 10).total().flops;
+    EXPECT_DOUBLE_EQ(ten - none, 10 * (one - none));
+    const double product = 8 * (9 * 2 + 3 * 2 + 9 * 2 + 3 * 1 + 1) * block.particles();  // collect, spread, times m
+    EXPECT_GT(one - none, product);
+}
+
+/// Every preset in every dimension has work, and none where it has no pass.
+template <int D>
+void check_presets()
+{
+    for (const Preset& preset : presets()) {
+        SCOPED_TRACE(preset.name);
+        Stepped<D> block(preset.spec);
+        const StepWork work = block.work(1, 5);
+        for (const auto stage : {StageTimes::scatter, StageTimes::nodes, StageTimes::gather}) {
+            EXPECT_GT(work.stages[stage].flops, 0);
+            EXPECT_GT(work.stages[stage].bytes, 0);
+        }
+        const bool fits = fits_velocity(preset.spec) || preset.spec.quadrature != Quadrature::particle;
+        EXPECT_EQ(work.stages[StageTimes::fit].flops > 0, fits);
+    }
+}
+TEST(Work, OfEveryPreset)
+{
+    check_presets<1>();
+    check_presets<2>();
+    check_presets<3>();
+}
+
+}  // namespace
+}  // namespace ordo
