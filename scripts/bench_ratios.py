@@ -25,7 +25,6 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 SPIKE_FLAGS = ["-O3", "-march=native", "-ffast-math", "-fopenmp"]
 SPIKE_CELLS = 64
 BLOCK = 884736  # 8 particles in each of 48^3 cells: what a spike of 64 cells a side has
-THREADED = 200000  # for all presets, some of which are slow
 SECONDS = 2.0  # about what a run takes
 LUMPED_SPLINES = ("bsmpm", "mass=lumped", "scheme=usl")
 
@@ -182,7 +181,7 @@ def judge_dimensions(table, bench, options):
 
 def judge_threads(table, bench, options):
     for method in options.threads_of:
-        speeds = [bench.speed(3, (method,), THREADED, threads) for threads in (2, 1)]
+        speeds = [bench.speed(3, (method,), BLOCK, threads) for threads in (2, 1)]
         table.judge("threads", f"speed of {method}, two threads over one, 3D", ">=", 1.9, lambda: ratio(*speeds, options.runs))
 
 

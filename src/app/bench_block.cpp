@@ -45,8 +45,7 @@ Model<D> block_model(const MethodSpec& spec, int cells)
     model.method    = spec;
     model.h         = Vec<D>::filled(1.0 / cells);
     model.cells     = Index<D>::filled(cells);
-    model.materials = {{MaterialModel::neo_hookean, kDensity, kYoung * kPoisson / ((1 + kPoisson) * (1 - 2 * kPoisson)),
-                        kYoung / (2 * (1 + kPoisson))}};
+    model.materials = {elastic_material(MaterialModel::neo_hookean, kDensity, kYoung, kPoisson)};
     model.body_forces.resize(2);
     return model;
 }

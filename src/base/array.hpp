@@ -34,13 +34,18 @@ struct ReleaseMemory {
 };
 using Memory = std::unique_ptr<void, ReleaseMemory>;
 
-/// Zeroed bytes that cost what is touched of them. Throws std::bad_alloc.
-inline Memory make_memory(std::size_t bytes)
+/// Where memory comes from. The heap may hand out again what was touched before, which is faster than new pages, but is then
+/// cleared as a whole. Own pages cost what is touched of them and go back to the system: for what is sparse, or needed for a
+/// moment.
+enum class Pages { heap, own };
+
+/// Zeroed bytes. Throws std::bad_alloc.
+inline Memory make_memory(std::size_t bytes, [[maybe_unused]] Pages pages)
 {
 #if defined(__linux__)
     // By default Linux refuses an allocation larger than memory and swap together, however little of it would be touched;
-    // not so without reserve. Below 32 MiB the heap may use again what was touched before, instead of new pages.
-    constexpr std::size_t large = std::size_t{32} << 20;
+    // not so without reserve.
+    const std::size_t large = (pages == Pages::heap ? std::size_t{16} : std::size_t{1}) << 20;
     if (bytes >= large) {
         void* p = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
         if (p == MAP_FAILED) throw std::bad_alloc();
@@ -60,12 +65,12 @@ class Array {
 
   public:
     Array() = default;
-    explicit Array(std::size_t n) : size_(n)
+    explicit Array(std::size_t n, Pages pages = Pages::heap) : size_(n)
     {
         if (n == 0) return;
         constexpr std::size_t line = 64;
         if (n > (std::numeric_limits<std::size_t>::max() - line) / sizeof(T)) throw std::bad_alloc();
-        memory_            = make_memory(n * sizeof(T) + line);
+        memory_            = make_memory(n * sizeof(T) + line, pages);
         const auto address = reinterpret_cast<std::uintptr_t>(memory_.get());
         data_              = reinterpret_cast<T*>((address + line - 1) / line * line);
     }

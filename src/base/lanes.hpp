@@ -109,6 +109,18 @@ ORDO_FLAT inline Lanes operator-(const Lanes& a) { return a * -1.0; }
 ORDO_FLAT inline Lanes& operator-=(Lanes& a, const Lanes& b) { return a = a - b; }
 ORDO_FLAT inline Lanes& operator*=(Lanes& a, const Lanes& b) { return a = a * b; }
 
+/// The same, in a register: left to itself the compiler reads a number from memory again for each of its uses, and a kernel of
+/// multiply-adds then waits for the reads.
+ORDO_FLAT inline Lanes in_register(Lanes a)
+{
+#if !defined(__CUDACC__) && defined(__AVX512F__)
+    asm("" : "+v"(a.v));
+#elif !defined(__CUDACC__) && defined(__AVX2__)
+    asm("" : "+x"(a.lo), "+x"(a.hi));
+#endif
+    return a;
+}
+
 /// Lane by lane the larger and the smaller of two numbers; that of `a` where b is not a number.
 ORDO_FLAT inline Lanes larger(const Lanes& a, const Lanes& b)
 {

@@ -90,11 +90,12 @@ class Tiles {
             const Index<D> at        = unflatten(tile, count_);
             colours_[colour(at)].push_back(static_cast<int>(tiles_.size()));
             tiles_.push_back({static_cast<int>(begin - sorted_keys.begin()), static_cast<int>(end - sorted_keys.begin())});
-            blocks_of(at).for_each([&](const Index<D>& b) { touched.push_back(flatten(b, block_count_)); });
+            add_blocks(at, {begin, end}, touched);
             begin = end;
         }
         std::sort(touched.begin(), touched.end());
-        for (int reach = halo_ + lattice_.basis.degree + 1; reach > 0; reach -= block_width) add_neighbours(touched);
+        touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+        for (int k = 0; k < reach() / block_width; ++k) add_neighbours(touched);
         add_periodic_images(touched);
         blocks_.clear();
         for (std::uint64_t b : touched) blocks_.push_back(unflatten(b, block_count_));
@@ -129,11 +130,17 @@ class Tiles {
         return r;
     }
 
-    /// f(k) for the places of all blocks in parallel.
+    /// f(k) for the places of all blocks in parallel, some at a time: a block alone may cost less than to ask for it.
     template <class F>
     void for_each_block(F&& f) const
     {
-        parallel_for(static_cast<std::ptrdiff_t>(blocks_.size()), f, is_large());
+        constexpr std::ptrdiff_t together = 1024 / power_of(block_width, D);
+        const auto count                  = static_cast<std::ptrdiff_t>(blocks_.size());
+        parallel_for((count + together - 1) / together,
+                     [&](std::ptrdiff_t g) {
+                         for (std::ptrdiff_t k = g * together; k < std::min(count, (g + 1) * together); ++k) f(k);
+                     },
+                     is_large());
     }
     /// f(first node, end) for runs of consecutive nodes that together are every block that the material touches, and the
     /// nodes behind those of the grid.
@@ -197,15 +204,38 @@ class Tiles {
         }
         return t;
     }
-    /// The blocks of a tile.
-    IndexBox<D> blocks_of(const Index<D>& tile) const
+    /// Nodes below its cell that a particle may write to until the next sort, and one; above the cell come those of its degree.
+    int reach() const { return halo_ + 1; }
+
+    /// Adds the blocks that particles in the cells of these keys, all of one tile, may write to, but for the whole blocks in
+    /// `reach`, which add_neighbours adds for all tiles.
+    void add_blocks(const Index<D>& tile, std::span<const std::uint64_t> keys, std::vector<std::uint64_t>& blocks) const
     {
-        IndexBox<D> r{};
+        const int below = reach() % block_width, above = below + lattice_.basis.degree;
+        IndexBox<D> around{};
+        Index<D> size{};
         for (int a = 0; a < D; ++a) {
-            r.lo[a] = tile[a] * (width_ / block_width);
-            r.hi[a] = std::min(r.lo[a] + width_ / block_width, block_count_[a]);
+            around.lo[a] = std::max(tile[a] * width_ - below, 0) / block_width;
+            around.hi[a] = std::min(((tile[a] + 1) * width_ - 1 + above) / block_width + 1, block_count_[a]);
+            size[a]      = around.hi[a] - around.lo[a];
         }
-        return r;
+        std::vector<char> is_touched(flatten(size - Index<D>::filled(1), size) + 1, 0);
+        std::uint64_t last = key_end();
+        for (const std::uint64_t key : keys) {
+            if (key == last) continue;
+            last                = key;
+            std::uint64_t inner = key % cells_per_tile_;
+            IndexBox<D> box{};
+            for (int a = 0; a < D; ++a, inner /= width_) {
+                const int cell = tile[a] * width_ + static_cast<int>(inner % width_);
+                box.lo[a]      = std::max(cell - below, 0) / block_width;
+                box.hi[a]      = std::min((cell + above) / block_width + 1, block_count_[a]);
+            }
+            box.for_each([&](const Index<D>& b) { is_touched[flatten(b - around.lo, size)] = 1; });
+        }
+        around.for_each([&](const Index<D>& b) {
+            if (is_touched[flatten(b - around.lo, size)]) blocks.push_back(flatten(b, block_count_));
+        });
     }
     /// Adds `more` to the sorted keys of blocks; each stays there once.
     static void add(std::vector<std::uint64_t>& blocks, const std::vector<std::uint64_t>& more)

@@ -364,8 +364,7 @@ Material resolve_material(const MaterialInput& in, int dim)
         return m;
     }
     if (count == 2 && in.young && in.poisson) {
-        m.lambda = *in.young * *in.poisson / ((1 + *in.poisson) * (1 - 2 * *in.poisson));
-        m.mu     = *in.young / (2 * (1 + *in.poisson));
+        m = elastic_material(m.model, in.density, *in.young, *in.poisson);
     } else if (count == 2 && in.lambda && in.mu) {
         m.lambda = *in.lambda;
         m.mu     = *in.mu;

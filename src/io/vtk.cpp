@@ -249,7 +249,13 @@ void write_grid(const std::filesystem::path& file, const State<D>& s)
     }
     const std::size_t count = static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]);
     std::vector<double> mass(count), velocity(3 * count);
-    // Points that the material touches: those of its blocks and, of splines, their neighbours.
+    // Elsewhere the material has no function that counts at the point: of splines, that of the node or of one of the next.
+    auto is_touched = [&](const Index<D>& node) {
+        bool is = false;
+        IndexBox<D>{Index<D>{}, Index<D>::filled(2)}.for_each(
+            [&](const Index<D>& side) { is = is || s.tiles.is_active(node + side * g.basis.degree); });
+        return is;
+    };
     parallel_for_each(static_cast<std::ptrdiff_t>(count), [&](std::ptrdiff_t k) {
         Vec<D> x{};
         Index<D> node{};
@@ -260,7 +266,7 @@ void write_grid(const std::filesystem::path& file, const State<D>& s)
             x[a]    = g.origin[a] + at * g.h[a];
             node[a] = at + g.margin;
         }
-        if (!s.tiles.is_active(node)) return;
+        if (!is_touched(node)) return;
         const GridSample<D> sample = sample_grid(s, x);
         mass[k]                    = sample.mass;
         for (int a = 0; a < D; ++a) velocity[3 * k + a] = sample.velocity[a];

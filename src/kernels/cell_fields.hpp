@@ -48,52 +48,49 @@ ORDO_FLAT inline int cell_along(const Lattice<D>& g, int a, double y)
     return g.periodic[a] ? cell : smaller(cell, g.margin + g.cells[a] - 1);
 }
 
-/// Adds particles [begin, end) to the contents of their cells.
+/// Adds particle i to the contents of its cell, which it returns with the distance from the centre, in cells.
 template <int D>
-ORDO_FLAT inline void add_contents(const Sweep<D>& s, Lanes* contents, int begin, int end)
+ORDO_FLAT inline std::ptrdiff_t add_content(const Sweep<D>& s, int i, Lanes* contents, Vec<D>& distance)
 {
-    for (int i = begin; i < end; ++i) {
-        std::ptrdiff_t cell = 0;
-        double mv[3] = {}, Vx[3] = {};
-        for (int a = 0; a < D; ++a) {
-            cell += s.lattice.stride[a] * cell_along(s.lattice, a, s.lattice.cell_coordinate(a, s.p.x[i][a]));
-            mv[a] = s.p.m[i] * s.p.v[i][a];
-            Vx[a] = s.p.V[i] * s.p.x[i][a];
-        }
-        contents[cell] += make_lanes(mv[0], mv[1], mv[2], s.p.m[i], Vx[0], Vx[1], Vx[2], s.p.V[i]);
+    std::ptrdiff_t cell = 0;
+    double mv[3] = {}, Vx[3] = {};
+    for (int a = 0; a < D; ++a) {
+        const double y = s.lattice.cell_coordinate(a, s.p.x[i][a]);
+        const int at   = cell_along(s.lattice, a, y);
+        distance[a]    = y - (at + 0.5);
+        cell += s.lattice.stride[a] * at;
+        mv[a] = s.p.m[i] * s.p.v[i][a];
+        Vx[a] = s.p.V[i] * s.p.x[i][a];
     }
+    contents[cell] += make_lanes(mv[0], mv[1], mv[2], s.p.m[i], Vx[0], Vx[1], Vx[2], s.p.V[i]);
+    return cell;
 }
 
-/// The same, and to the records of their cells for Taylor least squares: on a face to those of one cell too.
+/// Adds particles [begin, end) to the contents and to the records of their cells for Taylor least squares: on a face to those
+/// of one cell too.
 template <int D, int degree>
 void spread_gauss_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* records, int begin, int end)
 {
     using F          = CellFields<D, true>;
     using Record     = typename F::template Record<degree>;
     const Sweep<D> s = sweep;
-    add_contents(s, contents, begin, end);
     for (int i = begin; i < end; ++i) {
         Vec<D> distance{};
-        std::ptrdiff_t cell = 0;
-        for (int a = 0; a < D; ++a) {
-            const double y = s.lattice.cell_coordinate(a, s.p.x[i][a]);
-            const int at   = cell_along(s.lattice, a, y);
-            distance[a]    = y - (at + 0.5);
-            cell += s.lattice.stride[a] * at;
-        }
+        const std::ptrdiff_t cell = add_content(s, i, contents, distance);
         double u[F::count];
         F::get(s.p, i, u);
         Record::add(records + cell * Record::size, distance, 1.0, u);
     }
 }
 
-/// The same, and to the records of the cells within the support of quadratic weights.
+/// The same to the contents of their cells and to the records of the cells within the support of quadratic weights.
 template <int D, int degree>
 void spread_one_point_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* records, int begin, int end)
 {
     using F          = CellFields<D, false>;
     const Sweep<D> s = sweep;
-    add_contents(s, contents, begin, end);
+    Vec<D> distance{};
+    for (int i = begin; i < end; ++i) add_content(s, i, contents, distance);
     thread_local MomentWindows<D, degree, F::count, CellCenters, 3> windows;  // for its memory
     for (int first = begin; first < end; first += Batch::size) {
         const Batch b   = Batch::of(first, end);

@@ -44,21 +44,34 @@ class MomentWindows {
         used_ = M::products + used * M::unknowns;
         for (int t = 0; t < targets; ++t) offset_[t] = g.offset(window.place[t]) * M::size;
         sort();
-        for (std::size_t w = 0; w + 1 < begin_.size(); ++w)
-            if (begin_[w] < begin_[w + 1]) add_window(g, records, begin_[w], begin_[w + 1]);
+        Lanes weight[batch][parts];
+        alignas(64) double number[M::numbers][batch];
+        Sums sums{};
+        int w = 0;
+        for (int begin = 0, end; begin < count_; begin = end) {
+            end = smaller(begin + batch, count_);
+            for (int i = begin; i < end; i += 8) prepare(&order_[i], smaller(8, end - i), i - begin, weight, number);
+            for (int i = begin, next; i < end; i = next) {
+                while (begin_[w + 1] <= i) ++w;
+                next = smaller(begin_[w + 1], end);
+                add_samples(sums, i == begin_[w], weight, number, i - begin, next - begin);
+                if (next == begin_[w + 1]) add_to_records(g, records, order_[i], sums);
+            }
+        }
         count_ = 0;
     }
 
   private:
     static constexpr double middle = 0.5 * (W - 1);
     static constexpr int targets   = power_of(W, D);
-    static constexpr int parts     = (targets + 7) / 8;  ///< Lanes of one number for all targets
-    static constexpr int batch     = 32;                 ///< samples whose weights and numbers are kept at hand
+    static constexpr int parts     = (targets + 7) / 8;    ///< Lanes of one number for all targets
+    static constexpr int batch     = parts > 2 ? 32 : 64;  ///< samples whose weights and numbers are kept at hand
 #if defined(__AVX512F__)
-    static constexpr int registers = 24;  ///< for sums
+    static constexpr int wide = parts, registers = 24;
 #else
-    static constexpr int registers = 6;
+    static constexpr int wide = smaller(parts, 2), registers = 6;
 #endif
+    static constexpr int most = smaller(registers / wide, M::numbers);  ///< numbers whose sums for `wide` parts fit the registers
 
     using Sums = Lanes[M::size * 8][parts];
 
@@ -92,14 +105,12 @@ class MomentWindows {
         for (int i = count_; i-- > 0;) order_[--begin_[window_[i]]] = i;
     }
 
-    /// Samples [begin, end) of the order, all of one window.
-    void add_window(const Lattice<D>& g, Lanes* records, int begin, int end) const
+    /// Adds the sums of a window, which has this sample.
+    void add_to_records(const Lattice<D>& g, Lanes* records, int sample, Sums& sums) const
     {
-        Sums sums{};
-        for (int i = begin; i < end; i += batch) add_batch(sums, i, smaller(i + batch, end));
         shift(sums);
         Index<D> at{};
-        for (int a = 0; a < D; ++a) at[a] = static_cast<int>(first(a, order_[begin]));
+        for (int a = 0; a < D; ++a) at[a] = static_cast<int>(first(a, sample));
         Lanes* to = records + g.offset(at) * M::size;
         for (int q = 0; q < parts; ++q)
             for (int part = 0; part < M::size && 8 * part < used_; ++part) {
@@ -110,20 +121,19 @@ class MomentWindows {
             }
     }
 
-    /// sums += weight of each target times each number, over samples [begin, end) of the order.
-    void add_batch(Sums& sums, int begin, int end) const
+    /// sums += weight of each target times each number, over samples [begin, end) of the batch; the first of a window make new
+    /// sums.
+    void add_samples(Sums& sums, bool are_new, const Lanes (&weight)[batch][parts], const double (&number)[M::numbers][batch],
+                     int begin, int end) const
     {
-        constexpr int most = smaller(larger(registers / parts, 1), M::numbers);  // numbers whose sums fit the registers
-        Lanes weight[batch][parts];
-        alignas(64) double number[M::numbers][batch];
-        for (int i = 0; i < end - begin; i += 8)
-            prepare(order_.data() + begin + i, smaller(8, end - begin - i), i, weight, number);
-        int n = 0;
-        for (; n + most <= used_; n += most) add_products<most>(sums, n, weight, number, end - begin);
-        for (; n < used_; ++n) add_products<1>(sums, n, weight, number, end - begin);
+        for (int q = 0; q < parts; q += wide) {
+            int n = 0;
+            for (; n + most <= used_; n += most) add_products<most>(sums, are_new, n, q, weight, number, begin, end);
+            for (; n < used_; ++n) add_products<1>(sums, are_new, n, q, weight, number, begin, end);
+        }
     }
 
-    /// Weights and numbers of up to eight samples, which become i, i + 1, ... of the batch; of spare ones too.
+    /// Weights and numbers of up to eight samples, of whatever windows, which become i, i + 1, ... of the batch; of spare ones too.
     ORDO_FLAT void prepare(const int* sample, int count, int i, Lanes (&weight)[batch][parts],
                            double (&number)[M::numbers][batch]) const
     {
@@ -156,25 +166,41 @@ class MomentWindows {
             for (int k = 0; k < 8; ++k) weight[i + k][q] = block[k];
         }
     }
+    /// Of `count` numbers from n on and the targets of `wide` parts from q on.
     template <int count>
-    ORDO_FLAT static void add_products(Sums& sums, int n, const Lanes (&weight)[batch][parts],
-                                       const double (&number)[M::numbers][batch], int samples)
+    ORDO_FLAT static void add_products(Sums& sums, bool are_new, int n, int q, const Lanes (&weight)[batch][parts],
+                                       const double (&number)[M::numbers][batch], int begin, int end)
     {
-        Lanes sum[count][parts];
+        Lanes sum[count][wide];
 #pragma GCC unroll 24
         for (int k = 0; k < count; ++k)
 #pragma GCC unroll 8
-            for (int q = 0; q < parts; ++q) sum[k][q] = sums[n + k][q];
-        for (int i = 0; i < samples; ++i) {
-#pragma GCC unroll 24
-            for (int k = 0; k < count; ++k)
+            for (int r = 0; r < wide; ++r) sum[k][r] = are_new ? Lanes{} : sums[n + k][q + r];
+        for (int i = begin; i < end; ++i) {
+            if constexpr (count < wide) {  // the fewer ones stay in registers beside the sums
+                double u[count];
 #pragma GCC unroll 8
-                for (int q = 0; q < parts; ++q) sum[k][q] += weight[i][q] * number[n + k][i];
+                for (int k = 0; k < count; ++k) u[k] = number[n + k][i];
+#pragma GCC unroll 8
+                for (int r = 0; r < wide; ++r) {
+                    const Lanes w = in_register(weight[i][q + r]);
+#pragma GCC unroll 8
+                    for (int k = 0; k < count; ++k) sum[k][r] += w * u[k];
+                }
+            } else {
+                Lanes w[wide];
+#pragma GCC unroll 8
+                for (int r = 0; r < wide; ++r) w[r] = in_register(weight[i][q + r]);
+#pragma GCC unroll 24
+                for (int k = 0; k < count; ++k)
+#pragma GCC unroll 8
+                    for (int r = 0; r < wide; ++r) sum[k][r] += w[r] * number[n + k][i];
+            }
         }
 #pragma GCC unroll 24
         for (int k = 0; k < count; ++k)
 #pragma GCC unroll 8
-            for (int q = 0; q < parts; ++q) sums[n + k][q] = sum[k][q];
+            for (int r = 0; r < wide; ++r) sums[n + k][q + r] = sum[k][r];
     }
 
     /// Moments about the middle of the window become those about each target: axis by axis, m(e) -= d m(e - 1) for powers e

@@ -56,4 +56,18 @@ struct FitReport {
     }
 };
 
+/// How rows of the mass matrix take part in its solution, see MassSolver; row 0 is none and zero.
+struct MassRowParts {
+    static constexpr unsigned char coupled = 1u << NodeLane::mass;
+
+    const unsigned char* lanes;  ///< a bit for each component that is solved for, and `coupled`
+    const double* diagonal;      ///< added to that of the matrix, kg
+    const double* scale;         ///< 1/sqrt(m_i), kg^-1/2
+
+    ORDO_HD bool is_coupled(std::ptrdiff_t row) const { return lanes[row] & coupled; }  ///< else lumped
+};
+
+/// Parts of the solution with the factors of a line.
+enum LinePass : unsigned { kForward = 1u, kBackward = 2u };
+
 }  // namespace ordo

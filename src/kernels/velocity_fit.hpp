@@ -10,65 +10,70 @@
 
 namespace ordo {
 
-/// The samples of a particle beside itself, lane by lane: the corners of its domain with v_p + L_p (x_c - x_p), or of a cell
-/// those that it stands for with velocities of their own. Each counts 1, as the particle does.
-template <int D>
-struct CornerSamples {
+// The samples beside the particles themselves: the corners of their domains. Each counts 1, as a particle does.
+
+/// add(x, v, count) with the corners of boxes or parallelepipeds and v_p + L_p (x_c - x_p): each corner of a batch at once.
+template <int D, class Add>
+ORDO_FLAT inline void for_each_corner_sample(const ParticleView<D>& p, const Batch& b, Add&& add)
+{
+    const Vec<D, Lanes> x = load(p.x, b), v = load(p.v, b);
+    Mat<D, Lanes> r{};
+    if (p.edges) {
+        r = load(p.edges, b);
+    } else {
+        const Vec<D, Lanes> half = load(p.half, b);
+        for (int a = 0; a < D; ++a) r(a, a) = half[a];
+    }
+    const Mat<D, Lanes> Lr = load(p.L, b) * r;
+    for (int c = 0; c < 1 << D; ++c) {
+        Vec<D, Lanes> x_c = x, v_c = v;
+        for (int d = 0; d < D; ++d) {
+            const double side = c >> d & 1 ? 1.0 : -1.0;
+            for (int a = 0; a < D; ++a) {
+                x_c[a] += r(a, d) * side;
+                v_c[a] += Lr(a, d) * side;
+            }
+        }
+        add(x_c, v_c, b.count);
+    }
+}
+
+/// The same with the corners that the cell of particle i stands for, which have velocities of their own: a corner a lane.
+template <int D, class Add>
+ORDO_FLAT inline void for_each_shared_corner(const Lattice<D>& g, const ParticleView<D>& p, int i, Add&& add)
+{
     int count = 0;
     Vec<D, Lanes> x{}, v{};
-
-    ORDO_FLAT CornerSamples(const Lattice<D>& g, const ParticleView<D>& p, int i)
-    {
-        if (p.cell) {
-            add_shared(g, p, i);
-            return;
-        }
-        count = 1 << D;
-        Mat<D> r{};
-        for (int a = 0; a < D; ++a) r(a, a) = p.edges ? 0.0 : p.half[i][a];
-        if (p.edges) r = p.edges[i];
-        const Mat<D> Lr = p.L[i] * r;
+    for (int c = 0; c < 1 << D; ++c) {
+        if (!(p.samples[i] >> c & 1)) continue;
         for (int a = 0; a < D; ++a) {
-            x[a] = Lanes(p.x[i][a]);
-            v[a] = Lanes(p.v[i][a]);
-            for (int d = 0; d < D; ++d) {
-                x[a] += corner_side(d) * r(a, d);
-                v[a] += corner_side(d) * Lr(a, d);
-            }
+            x[a][count] = p.corner[p.cell[i][c]][a];
+            v[a][count] = p.corner_velocity[p.cell[i][c]][a];
+            if (g.periodic[a]) x[a][count] -= p.turns[i][a] * (g.cells[a] * g.h[a]);
         }
+        ++count;
     }
-
-  private:
-    ORDO_FLAT void add_shared(const Lattice<D>& g, const ParticleView<D>& p, int i)
-    {
-        for (int c = 0; c < 1 << D; ++c) {
-            if (!(p.samples[i] >> c & 1)) continue;
-            for (int a = 0; a < D; ++a) {
-                x[a][count] = p.corner[p.cell[i][c]][a];
-                v[a][count] = p.corner_velocity[p.cell[i][c]][a];
-                if (g.periodic[a]) x[a][count] -= p.turns[i][a] * (g.cells[a] * g.h[a]);
-            }
-            ++count;
+    if (count == 0) return;
+    for (int k = count; k < 8; ++k)  // spare lanes repeat one
+        for (int a = 0; a < D; ++a) {
+            x[a][k] = x[a][0];
+            v[a][k] = v[a][0];
         }
-        for (int k = count; k < 8 && count > 0; ++k)  // spare lanes repeat one
-            for (int a = 0; a < D; ++a) {
-                x[a][k] = x[a][0];
-                v[a][k] = v[a][0];
-            }
-    }
-};
+    add(x, v, count);
+}
 
 /// add(x, v, count) with the samples of particles [begin, end) in the first `count` lanes.
 template <int D, class Add>
-ORDO_FLAT inline void for_each_samples(const Sweep<D>& s, bool with_corners, int begin, int end, Add&& add)
+ORDO_FLAT inline void for_each_sample(const Sweep<D>& s, bool with_corners, int begin, int end, Add&& add)
 {
     for (int first = begin; first < end; first += Batch::size) {
         const Batch b = Batch::of(first, end);
         add(load(s.p.x, b), load(s.p.v, b), b.count);
-        for (int i = first; i < first + b.count && with_corners; ++i) {
-            const CornerSamples<D> corners(s.lattice, s.p, i);
-            if (corners.count > 0) add(corners.x, corners.v, corners.count);
-        }
+        if (!with_corners) continue;
+        if (s.p.cell)
+            for (int i = first; i < first + b.count; ++i) for_each_shared_corner(s.lattice, s.p, i, add);
+        else
+            for_each_corner_sample(s.p, b, add);
     }
 }
 
@@ -83,12 +88,12 @@ void spread_velocity(const Sweep<D>& sweep, Lanes* records, bool with_corners, i
     };
     if constexpr (Places::is_even && D > 1) {
         thread_local MomentWindows<D, degree, D, Places, W> windows;  // for its memory
-        for_each_samples(s, with_corners, begin, end, [&](const Vec<D, Lanes>& x, const Vec<D, Lanes>& v, int count) {
+        for_each_sample(s, with_corners, begin, end, [&](const Vec<D, Lanes>& x, const Vec<D, Lanes>& v, int count) {
             windows.add(coordinates(x), v.c, count);
         });
         windows.spread(s.lattice, records);
     } else {
-        for_each_samples(s, with_corners, begin, end, [&](const Vec<D, Lanes>& x, const Vec<D, Lanes>& v, int count) {
+        for_each_sample(s, with_corners, begin, end, [&](const Vec<D, Lanes>& x, const Vec<D, Lanes>& v, int count) {
             const Vec<D, Lanes> y = coordinates(x);
             for (int k = 0; k < count; ++k) {
                 Vec<D> at, value;

@@ -158,6 +158,12 @@ struct Material {
     ORDO_FLAT double wave_speed() const { return std::sqrt(p_wave_modulus() / density); }
 };
 
+/// The material of Young's modulus E, Pa, and Poisson's ratio nu.
+inline Material elastic_material(MaterialModel model, double density, double E, double nu)
+{
+    return {model, density, E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))};
+}
+
 /// f(law) with the struct of the material's model. linear_rate_1d in 2D or 3D is refused at set-up.
 template <int D, class F>
 ORDO_FLAT inline auto with_material(const Material& m, F&& f)

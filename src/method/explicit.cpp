@@ -193,6 +193,7 @@ void Explicit<D>::step(State<D>& s, double dt) const
     s.t_v     = t_kicked;
     s.dt_prev = dt;
     ++s.n;
+    s.mass.is_formed = false;         // particles have moved
     require_sound(model_.method, s);  // now, so that time and particles belong together in the last output
 }
 
@@ -215,6 +216,7 @@ template <int D>
 void Explicit<D>::arrange(State<D>& s) const
 {
     Stopwatch watch(times_, StageTimes::sort);
+    s.mass.is_formed = false;  // particles were changed from outside
     if (is_sorted_enough(s))
         number_enriched(s);
     else

@@ -28,7 +28,7 @@ void assign(const Lattice<D>& lattice, Tiles<D>& tiles, Particles<D>& particles)
 {
     Array<int> order;
     {
-        Array<std::uint64_t> keys(particles.count);
+        Array<std::uint64_t> keys(particles.count, Pages::own);
         parallel_for_each(particles.count, [&](std::ptrdiff_t i) {
             Index<D> cell{};
             for (int a = 0; a < D; ++a) cell[a] = static_cast<int>(lattice.cell_coordinate(a, particles.x[i][a]));
@@ -58,9 +58,9 @@ void sort_particles(const Model<D>& model, State<D>& s)
     const std::size_t enriched = add_enriched(lattice, s.particles, s.halo), nodes = lattice.node_count() + enriched;
     tiles.add_nodes(enriched);
     if (s.nodes.size() != nodes) {
-        s.nodes = Array<Lanes>(nodes);
-        if (model.method.scheme != Scheme::usl) s.strain_nodes = Array<Lanes>(nodes);
-        if (model.method.mass == MassMatrix::consistent) s.known = Array<Lanes>(nodes);
+        s.nodes = Array<Lanes>(nodes, Pages::own);
+        if (model.method.scheme != Scheme::usl) s.strain_nodes = Array<Lanes>(nodes, Pages::own);
+        if (model.method.mass == MassMatrix::consistent) s.known = Array<Lanes>(nodes, Pages::own);
     }
     s.lattice     = lattice;
     s.tiles       = std::move(tiles);

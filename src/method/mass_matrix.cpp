@@ -6,33 +6,65 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace ordo {
 
 namespace {
 
-/// Lanes of `free`, beside one for each component that is solved for: whether the row takes part, and its extra diagonal.
-constexpr int kCoupled = NodeLane::mass, kDiagonal = NodeLane::volume;
+/// f(first row, end) over pieces of the rows.
+template <int D, class F>
+void for_each_run(const NodeRows<D>& rows, F&& f)
+{
+    parallel_pieces(rows.count(),
+                    [&](std::ptrdiff_t begin, std::ptrdiff_t end) { f(static_cast<int>(begin) + 1, static_cast<int>(end) + 1); });
+}
 
 template <int D, class F>
-void for_each_node_of(const Tiles<D>& tiles, F&& f)
+void for_each_row(const NodeRows<D>& rows, F&& f)
 {
-    tiles.for_each_node_run([&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        for (std::ptrdiff_t i = begin; i < end; ++i) f(i);
+    for_each_run(rows, [&](int begin, int end) {
+        for (int i = begin; i < end; ++i) f(i);
     });
 }
 
-/// The sum of f(i) over all nodes, the same for any number of threads.
+/// The sum of what f(first row, end) returns for pieces of the rows: the same for any number of threads.
 template <int D, class F>
-Lanes sum_over_nodes(const Tiles<D>& tiles, F&& f)
+Lanes sum_of_runs(const NodeRows<D>& rows, F&& f)
 {
-    std::vector<Lanes> partial(tiles.blocks().size(), Lanes{});
-    tiles.for_each_block_run([&](std::ptrdiff_t block, std::ptrdiff_t begin, std::ptrdiff_t end) {
-        for (std::ptrdiff_t i = begin; i < end; ++i) partial[block] += f(i);
-    });
+    std::vector<Lanes> partial(static_cast<std::size_t>(rows.count() / kPiece + 1), Lanes{});
+    for_each_run(rows, [&](int begin, int end) { partial[static_cast<std::size_t>(begin / kPiece)] = f(begin, end); });
     Lanes total{};
     for (const Lanes& p : partial) total += p;
     return total;
+}
+
+/// The Lanes that have 1 where `lanes` has a bit, else 0.
+const Lanes* masks()
+{
+    static const std::vector<Lanes> all = [] {
+        std::vector<Lanes> r(256, Lanes{});
+        for (int bits = 0; bits < 256; ++bits)
+            for (int k = 0; k < NodeLane::end; ++k) r[static_cast<std::size_t>(bits)][k] = bits >> k & 1;
+        return r;
+    }();
+    return all.data();
+}
+
+bool is_finite(const Lanes& norm, const std::vector<int>& lanes)
+{
+    return std::all_of(lanes.begin(), lanes.end(), [&](int a) { return std::isfinite(norm[a]); });
+}
+bool is_below(const Lanes& norm, double part, const Lanes& whole, const std::vector<int>& lanes)
+{
+    return std::all_of(lanes.begin(), lanes.end(), [&](int a) { return norm[a] <= part * part * whole[a]; });
+}
+/// a/b, or 0 where b is not positive.
+Lanes ratio(const Lanes& a, const Lanes& b)
+{
+    Lanes r{};
+    for (int k = 0; k < NodeLane::end; ++k) r[k] = b[k] > 0 ? a[k] / b[k] : 0.0;
+    return r;
 }
 
 }  // namespace
@@ -53,116 +85,271 @@ void MassSolver<D>::apply(State<D>& s, const Sweep<D>& sweep, const Lanes* from,
 }
 
 template <int D>
-void MassSolver<D>::solve(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, const Lanes* known, unsigned parts) const
+MassSolver<D>::Components::Components(unsigned parts)
 {
-    constexpr int max_iterations = 3000;                  // the condition of cubic splines in 3D is some thousands
-    constexpr double tolerance = 1e-13, bearable = 1e-9;  // of the norm of b
-    const Tiles<D>& tiles = s.tiles;
-    for (Array<Lanes>& a : s.solver)
-        if (a.size() != s.nodes.size()) a = Array<Lanes>(s.nodes.size());
-    Lanes *free = s.solver[0].data(), *u = s.solver[1].data(), *r = s.solver[2].data(), *p = s.solver[3].data(),
-          *q = s.solver[4].data();
-    std::vector<int> firsts, lanes;
     if (parts & kVelocity) firsts.push_back(NodeLane::velocity);
     if (parts & kAcceleration) firsts.push_back(NodeLane::increment);
     for (const int first : firsts)
         for (int a = 0; a < D; ++a) lanes.push_back(first + a);
-    auto mass = [&](std::ptrdiff_t i) { return nodes[i][NodeLane::mass]; };
+    for (const int a : lanes) mask[a] = 1.0;
+}
 
-    // Which rows are solved for.
-    std::vector<char> has_lumped(tiles.blocks().size(), 0);
-    tiles.for_each_block_run([&](std::ptrdiff_t block, std::ptrdiff_t begin, std::ptrdiff_t end) {
-        Index<D> at = s.lattice.index(begin);
-        for (std::ptrdiff_t i = begin; i < end; ++i, ++at[0]) {
-            free[i] = Lanes{};
-            u[i]    = Lanes{};
-            if (!(mass(i) > 0)) continue;
-            const bool is_lumped = filled_part(s.lattice, nodes, at) < lump_below_;
-            if (is_lumped) has_lumped[block] = 1;
-            free[i][kCoupled] = is_lumped ? 0.0 : 1.0;
-            for (const int a : lanes) free[i][a] = is_lumped ? 0.0 : 1.0;
+template <int D>
+void MassSolver<D>::prepare(State<D>& s, const Sweep<D>& sweep, const Lanes* nodes) const
+{
+    MassSystem<D>& m  = s.mass;
+    auto mass         = [&](std::ptrdiff_t i) { return nodes[i][NodeLane::mass]; };
+    const int reach   = std::max(rows_.reach, 1);  // lines of rows ask for the next node
+    const bool is_new = m.rows.assign(s.lattice, s.tiles, reach, [&](std::ptrdiff_t i) { return mass(i) > 0; });
+    const auto count  = static_cast<std::size_t>(m.rows.end());
+    for (Array<Lanes>* a : {&m.r, &m.p, &m.q}) keep_room(*a, count);
+    for (Array<double>* a : {&m.diagonal, &m.scale}) keep_room(*a, count);
+    keep_room(m.lanes, count);
+    for_each_row(m.rows, [&](int i) { m.scale[i] = 1 / std::sqrt(mass(m.rows.node(i))); });
+    if (!rows_.form)
+        for (Array<Lanes>& a : m.on_grid) make_room(a, s.nodes.size());
+    else if (is_new || !m.is_formed)
+        form(s, sweep);
+    m.is_formed = true;
+}
+
+template <int D>
+void MassSolver<D>::form(State<D>& s, const Sweep<D>& sweep) const
+{
+    MassSystem<D>& m = s.mass;
+    const auto size  = static_cast<std::size_t>(rows_.size);
+    keep_room(m.entries, size * m.rows.end_with_images());
+    double* entries = m.entries.data();
+    parallel_pieces(m.rows.end_with_images(), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        std::memset(static_cast<void*>(entries + begin * rows_.size), 0, sizeof(double) * size * (end - begin));
+    });
+    m.rows.part_images();
+    const RowView<D> rows = m.rows.view();
+    Sweep<D> view         = sweep;
+    auto add              = [&](const Tile& tile) { rows_.form(view, rows, entries, tile.begin, tile.end); };
+    if (is_of_points_) {
+        view.p = s.points.view();
+        s.points.for_each_by_colour(add);
+    } else {
+        s.tiles.for_each_by_colour(add);
+    }
+    m.rows.join_images([&](int row, int image) {
+        for (std::size_t k = 0; k < size; ++k) entries[row * size + k] += entries[image * size + k];
+    });
+}
+
+template <int D>
+void MassSolver<D>::multiply(State<D>& s, const Sweep<D>& sweep, const Lanes* from, Lanes* to) const
+{
+    MassSystem<D>& m = s.mass;
+    if (rows_.form) {
+        const RowView<D> rows = m.rows.view();
+        for_each_run(m.rows, [&](int begin, int end) { rows_.multiply(rows, m.entries.data(), from, to, begin, end); });
+        return;
+    }
+    Lanes *grid_from = m.on_grid[0].data(), *grid_to = m.on_grid[1].data();
+    clear(grid_from, s.tiles);
+    for_each_row(m.rows, [&](int i) { grid_from[m.rows.node(i)] = from[i]; });
+    s.halo.copy(grid_from);
+    apply(s, sweep, grid_from, grid_to);
+    for_each_row(m.rows, [&](int i) { to[i] = grid_to[m.rows.node(i)]; });
+}
+
+/// Which rows are lumped, and what is added to the diagonals.
+template <int D>
+void MassSolver<D>::find_lumped(State<D>& s, const Sweep<D>& sweep, const Lanes* nodes, const Components& c) const
+{
+    MassSystem<D>& m      = s.mass;
+    constexpr int coupled = NodeLane::mass;
+    unsigned char all     = MassRowParts::coupled;
+    for (const int a : c.lanes) all |= static_cast<unsigned char>(1u << a);
+    const Lanes lumped = sum_of_runs(m.rows, [&](int begin, int end) {
+        Lanes count{};
+        for (int i = begin; i < end; ++i) {
+            const bool is_lumped = filled_part(s.lattice, nodes, s.lattice.index(m.rows.node(i))) < lump_below_;
+            m.lanes[i]           = is_lumped ? 0 : all;
+            m.diagonal[i]        = 0.0;
+            m.p[i]               = Lanes{};
+            m.p[i][coupled]      = is_lumped ? 0.0 : 1.0;
+            count[0] += is_lumped;
+        }
+        return count;
+    });
+    if (lumped[0] == 0) return;
+    multiply(s, sweep, m.p.data(), m.q.data());  // the part of each row sum that stays coupled
+    for_each_row(m.rows,
+                 [&](int i) { m.diagonal[i] = nodes[m.rows.node(i)][NodeLane::mass] - m.p[i][coupled] * m.q[i][coupled]; });
+}
+
+/// p = u: known values, else those of the lumped matrix. Those of lumped rows are the solution.
+template <int D>
+void MassSolver<D>::set_first(State<D>& s, Lanes* nodes, const Lanes* known, const Components& c) const
+{
+    MassSystem<D>& m = s.mass;
+    for_each_row(m.rows, [&](int i) { m.p[i] = nodes[m.rows.node(i)] * c.mask * (m.scale[i] * m.scale[i]); });
+    s.constraints.for_each([&](std::ptrdiff_t node, int component, bool is_prescribed) {
+        const int row = m.rows.row(node);
+        if (row > 0 && m.rows.node(row) != node) return;  // images are no rows of their own
+        for (const int first : c.firsts) {
+            if (first == NodeLane::velocity && is_prescribed) continue;
+            const int a                           = first + component;
+            const double value                    = first == NodeLane::velocity ? 0.0 : known[node][a];
+            (row > 0 ? m.p[row] : nodes[node])[a] = value;  // nodes without mass have theirs too
+            if (row > 0) m.lanes[row] &= static_cast<unsigned char>(~(1u << a));
         }
     });
-    s.halo.copy(free);
-    if (std::find(has_lumped.begin(), has_lumped.end(), 1) != has_lumped.end()) {
-        apply(s, sweep, free, q);  // lane kCoupled: the part of each row sum that stays coupled
-        for_each_node_of(tiles, [&](std::ptrdiff_t i) {
-            if (mass(i) > 0) free[i][kDiagonal] = mass(i) - (free[i][kCoupled] > 0 ? q[i][kCoupled] : 0.0);
-        });
+    const Lanes others = masks()[255] - c.mask;
+    const auto parts   = m.parts();
+    for_each_row(m.rows, [&](int i) {
+        if (parts.is_coupled(i)) return;
+        Lanes& n = nodes[m.rows.node(i)];
+        n        = n * others + m.p[i];
+        m.p[i]   = Lanes{};
+    });
+}
+
+/// r = b - A u with u = p, which goes to the nodes; z = r over the roots of the masses.
+template <int D>
+typename MassSolver<D>::Norms MassSolver<D>::find_residual(State<D>& s, const Sweep<D>& sweep, Lanes* nodes,
+                                                           const Components& c) const
+{
+    MassSystem<D>& m   = s.mass;
+    const Lanes* of    = masks();
+    const Lanes others = of[255] - c.mask;
+    Lanes* z           = m.q.data();
+    multiply(s, sweep, m.p.data(), m.q.data());
+    Norms norms;
+    norms.b = sum_of_runs(m.rows, [&](int begin, int end) {
+        Lanes sum{};
+        for (int i = begin; i < end; ++i) {
+            Lanes& n         = nodes[m.rows.node(i)];
+            const Lanes mask = of[m.lanes[i]] * c.mask, b = n * mask * m.scale[i];
+            sum += b * b;
+            m.r[i] = mask * (n - m.q[i] - m.p[i] * m.diagonal[i]);
+            z[i]   = m.r[i] * m.scale[i];
+            if (m.parts().is_coupled(i)) n = n * others + m.p[i];
+            m.p[i] = Lanes{};
+        }
+        return sum;
+    });
+    norms.r = sum_of_runs(m.rows, [&](int begin, int end) {
+        Lanes sum{};
+        for (int i = begin; i < end; ++i) sum += z[i] * z[i];
+        return sum;
+    });
+    for (const int a : c.lanes) norms.b[a] = std::max(norms.b[a], norms.r[a]);
+    return norms;
+}
+
+template <int D>
+void MassSolver<D>::factor(State<D>& s) const
+{
+    if (!rows_.form) return;
+    MassSystem<D>& m = s.mass;
+    keep_room(m.factors, static_cast<std::size_t>(rows_.factor_size) * m.rows.end());
+    const RowView<D> rows    = m.rows.view();
+    const MassRowParts parts = m.parts();
+    float* T                 = m.factors.data();
+    for_each_run(m.rows, [&](int begin, int end) { rows_.sum(rows, m.entries.data(), parts, T, begin, end); });
+    for (int a = 0; a < D; ++a) {
+        const RowLines& lines = m.rows.lines(a);
+        lines.for_each([&](int begin, int end) { rows_.factor(lines.rows.data() + begin, end - begin, a, T); });
     }
-    auto for_each_known = [&](auto&& f) {
-        s.constraints.for_each([&](std::ptrdiff_t node, int component, bool is_prescribed) {
-            for (const int first : firsts)
-                if (first != NodeLane::velocity || !is_prescribed) f(node, first + component);
-        });
-    };
-    for_each_known([&](std::ptrdiff_t node, int a) { free[node][a] = 0.0; });
+}
 
-    // u: known values, else those of the lumped matrix.
-    for_each_node_of(tiles, [&](std::ptrdiff_t i) {
-        if (!(mass(i) > 0)) return;
-        for (const int a : lanes) u[i][a] = nodes[i][a] / mass(i);
-    });
-    for_each_known([&](std::ptrdiff_t node, int a) { u[node][a] = a < NodeLane::mass ? 0.0 : known[node][a]; });
-    s.halo.copy(u);
-    s.halo.clear(free);  // images are no rows of their own
-
-    // r = b - M u on the free rows.
-    for_each_node_of(tiles, [&](std::ptrdiff_t i) { p[i] = u[i] * free[i][kCoupled]; });
-    s.halo.copy(p);
-    apply(s, sweep, p, q);
-    for_each_node_of(tiles, [&](std::ptrdiff_t i) {
-        Lanes b{};
-        for (const int a : lanes) b[a] = nodes[i][a];
-        r[i]           = free[i] * (b - q[i] - u[i] * free[i][kDiagonal]);
-        r[i][kCoupled] = r[i][kDiagonal] = 0.0;
-        p[i]                             = Lanes{};
-    });
-
-    auto inverse_mass = [&](std::ptrdiff_t i) { return mass(i) > 0 ? 1 / mass(i) : 0.0; };
-    const Lanes size  = sum_over_nodes(tiles, [&](std::ptrdiff_t i) {
-        Lanes b{};
-        for (const int a : lanes) b[a] = nodes[i][a] * nodes[i][a] * inverse_mass(i);
-        return b * free[i];
-    });
-    Lanes rz          = sum_over_nodes(tiles, [&](std::ptrdiff_t i) { return r[i] * r[i] * inverse_mass(i); });
-    Lanes scale{}, beta{};
-    for (const int a : lanes) scale[a] = std::max(size[a], rz[a]);
-    auto is_finite = [&] {
-        double sum = 0.0;
-        for (const int a : lanes) sum += rz[a];
-        return std::isfinite(sum);
+/// z = P r from z = r over the roots of the masses; returns r z. The factors of different axes commute for products over axes
+/// alone: one after the other and back in the reverse order P is symmetric for any matrix.
+template <int D>
+Lanes MassSolver<D>::precondition(State<D>& s) const
+{
+    MassSystem<D>& m = s.mass;
+    Lanes* z         = m.q.data();
+    auto solve       = [&](int a, unsigned passes) {
+        const RowLines& lines = m.rows.lines(a);
+        lines.for_each(
+            [&](int begin, int end) { rows_.solve(lines.rows.data() + begin, end - begin, a, m.factors.data(), z, passes); });
     };
-    auto is_below = [&](double part) {
-        for (const int a : lanes)
-            if (!(rz[a] <= part * part * scale[a])) return false;
-        return true;
-    };
-    for (iterations_ = 0; iterations_ < max_iterations && is_finite() && !is_below(tolerance); ++iterations_) {
-        for_each_node_of(tiles, [&](std::ptrdiff_t i) { p[i] = r[i] * inverse_mass(i) + p[i] * beta; });
-        s.halo.copy(p);
-        apply(s, sweep, p, q);
-        for_each_node_of(tiles, [&](std::ptrdiff_t i) { q[i] = free[i] * (q[i] + p[i] * free[i][kDiagonal]); });
-        const Lanes pq = sum_over_nodes(tiles, [&](std::ptrdiff_t i) { return p[i] * q[i]; });
-        Lanes alpha{};
-        for (const int a : lanes) alpha[a] = pq[a] > 0 ? rz[a] / pq[a] : 0.0;
-        for_each_node_of(tiles, [&](std::ptrdiff_t i) {
-            u[i] += p[i] * alpha;
-            r[i] = r[i] - q[i] * alpha;
-        });
-        const Lanes next = sum_over_nodes(tiles, [&](std::ptrdiff_t i) { return r[i] * r[i] * inverse_mass(i); });
-        for (const int a : lanes) beta[a] = rz[a] > 0 ? next[a] / rz[a] : 0.0;
+    if (rows_.form) {
+        for (int a = 0; a < D - 1; ++a) solve(a, kForward);
+        solve(D - 1, kForward | kBackward);
+        for (int a = D - 2; a >= 0; --a) solve(a, kBackward);
+    }
+    const Lanes* of = masks();
+    return sum_of_runs(m.rows, [&](int begin, int end) {
+        Lanes sum{};
+        for (int i = begin; i < end; ++i) {
+            z[i] = z[i] * of[m.lanes[i]] * m.scale[i];
+            sum += m.r[i] * z[i];
+        }
+        return sum;
+    });
+}
+
+/// q = A p on the rows that are solved for; returns p q.
+template <int D>
+Lanes MassSolver<D>::multiply_direction(State<D>& s, const Sweep<D>& sweep) const
+{
+    MassSystem<D>& m      = s.mass;
+    const RowView<D> rows = m.rows.view();
+    const Lanes *of = masks(), *p = m.p.data();
+    Lanes* q = m.q.data();
+    if (!rows_.form) multiply(s, sweep, p, q);
+    return sum_of_runs(m.rows, [&](int begin, int end) {
+        if (rows_.form) rows_.multiply(rows, m.entries.data(), p, q, begin, end);
+        Lanes sum{};
+        for (int i = begin; i < end; ++i) {
+            q[i] = of[m.lanes[i]] * (q[i] + p[i] * m.diagonal[i]);
+            sum += p[i] * q[i];
+        }
+        return sum;
+    });
+}
+
+/// u += alpha p, r -= alpha q, z = r over the roots of the masses; returns z z.
+template <int D>
+Lanes MassSolver<D>::advance(State<D>& s, Lanes* nodes, const Lanes& alpha) const
+{
+    MassSystem<D>& m = s.mass;
+    return sum_of_runs(m.rows, [&](int begin, int end) {
+        Lanes sum{};
+        for (int i = begin; i < end; ++i) {
+            nodes[m.rows.node(i)] += m.p[i] * alpha;
+            const Lanes r = m.r[i] - m.q[i] * alpha;
+            const Lanes z = r * m.scale[i];
+            m.r[i]        = r;
+            m.q[i]        = z;
+            sum += z * z;
+        }
+        return sum;
+    });
+}
+
+template <int D>
+void MassSolver<D>::solve(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, const Lanes* known, unsigned parts) const
+{
+    constexpr int max_iterations = 3000;                  // the condition of cubic splines in 3D is some thousands
+    constexpr double tolerance = 1e-13, bearable = 1e-9;  // of the norm of b
+    const Components c(parts);
+    prepare(s, sweep, nodes);
+    find_lumped(s, sweep, nodes, c);
+    set_first(s, nodes, known, c);
+    Norms norms = find_residual(s, sweep, nodes, c);
+    factor(s);
+    MassSystem<D>& m = s.mass;
+    Lanes rz{};
+    auto is_going = [&] { return is_finite(norms.r, c.lanes) && !is_below(norms.r, tolerance, norms.b, c.lanes); };
+    for (iterations_ = 0; iterations_ < max_iterations && is_going(); ++iterations_) {
+        const Lanes next = precondition(s), beta = ratio(next, rz);
         rz = next;
+        for_each_row(m.rows, [&](int i) { m.p[i] = m.q[i] + m.p[i] * beta; });
+        norms.r = advance(s, nodes, ratio(rz, multiply_direction(s, sweep)));
     }
-    if (is_finite() && !is_below(bearable))  // else the particles will tell
+    if (is_finite(norms.r, c.lanes) && !is_below(norms.r, bearable, norms.b, c.lanes))  // else the particles will tell
         throw NumericalError(fmt::format(
             "step {}, t = {:.6g} s: the consistent mass matrix was not solved in {} iterations: particles are too few for its "
             "nodes; use smaller particles (more of them in a cell), a larger method.lump_below (now {}) or method.mass = "
             "\"lumped\"",
             s.n, s.t, iterations_, lump_below_));
-    for_each_node_of(tiles, [&](std::ptrdiff_t i) {
-        for (const int a : lanes) nodes[i][a] = u[i][a];
-    });
     s.halo.copy(nodes);
 }
 

@@ -42,6 +42,9 @@ Passes<D> choose_passes(const MethodSpec& spec)
     Passes<D> p    = passes_of_basis<D>(spec);
     p.velocity_fit = choose_velocity_fit<D>(spec);
     p.cell_fit     = choose_cell_fit<D>(spec);
+
+    p.mass_rows_of_points = choose_mass_rows<D>(spec.basis);
+    if (spec.domain == Domain::point) p.mass_rows = p.mass_rows_of_points;
     return p;
 }
 

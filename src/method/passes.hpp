@@ -2,6 +2,7 @@
 // A pass is a template on what it touches only, so that instantiations add up instead of multiplying.
 #pragma once
 
+#include "grid/node_rows.hpp"
 #include "grid/tiles.hpp"
 #include "kernels/sweep.hpp"
 #include "method/axes.hpp"
@@ -31,6 +32,21 @@ struct CellFitPasses {
                        double V, bool is_edge, const ParticleView<D>&, int first, FitReport&) = nullptr;
 };
 
+/// The consistent mass matrix as rows of a stencil, see kernels/mass_rows.hpp; all null where particles have no fixed number of
+/// nodes.
+template <int D>
+struct MassRowPasses {
+    int reach = 0;  ///< of a row's neighbours, nodes along an axis
+    int size  = 0;  ///< entries of a row
+    void (*form)(const Sweep<D>&, const RowView<D>&, double* entries, int begin, int end)                        = nullptr;
+    void (*multiply)(const RowView<D>&, const double* entries, const Lanes* from, Lanes* to, int begin, int end) = nullptr;
+    // The preconditioner.
+    int factor_size = 0;  ///< numbers of a row
+    void (*sum)(const RowView<D>&, const double* entries, const MassRowParts&, float* T, int begin, int end) = nullptr;
+    void (*factor)(const int* line, int count, int axis, float* T)                                           = nullptr;
+    void (*solve)(const int* line, int count, int axis, const float* L, Lanes* x, unsigned passes)           = nullptr;
+};
+
 template <int D>
 struct Passes {
     using Scatter = void (*)(const Sweep<D>&, int begin, int end);
@@ -41,11 +57,13 @@ struct Passes {
     Scatter force;              ///< f_i
     Scatter project_and_force;  ///< both in one sweep; null where they do not go together
     Scatter surface_force;      ///< the part of f_i that acts on faces
-    Product apply_mass;         ///< + M from, M the consistent mass matrix
+    Product apply_mass;         ///< + M from, M the consistent mass matrix, which is not formed
+    MassRowPasses<D> mass_rows;
 
     /// The same for quadrature points, which are particles of domain `point`.
     Scatter project_points, force_points, project_and_force_points;
     Product apply_mass_points;
+    MassRowPasses<D> mass_rows_of_points;
 
     VelocityFitPasses<D> velocity_fit;
     CellFitPasses<D> cell_fit;
@@ -77,5 +95,7 @@ template <int D>
 VelocityFitPasses<D> choose_velocity_fit(const MethodSpec& spec);
 template <int D>
 CellFitPasses<D> choose_cell_fit(const MethodSpec& spec);
+template <int D>
+MassRowPasses<D> choose_mass_rows(Basis basis);
 
 }  // namespace ordo

@@ -10,16 +10,6 @@
 
 namespace ordo {
 
-namespace {
-
-template <class T>
-void keep_room(Array<T>& array, int n)
-{
-    if (static_cast<int>(array.size()) < n) array = Array<T>(n + n / 4);
-}
-
-}  // namespace
-
 template <int D>
 ParticleView<D> QuadraturePoints<D>::view()
 {

@@ -3,6 +3,7 @@
 
 #include "grid/boundary.hpp"
 #include "grid/halo.hpp"
+#include "grid/node_rows.hpp"
 #include "grid/tiles.hpp"
 #include "kernels/sweep.hpp"
 #include "material/material.hpp"
@@ -70,6 +71,21 @@ struct ProjectionReport {
     FitReport fit;
 };
 
+/// What the solution of the consistent mass matrix works with; empty without it.
+template <int D>
+struct MassSystem {
+    NodeRows<D> rows;            ///< the nodes with mass
+    bool is_formed = false;      ///< `entries` are those of the particles where they are, of the points as they are
+    Array<double> entries;       ///< half of each row, kg
+    Array<float> factors;        ///< of the preconditioner
+    Array<unsigned char> lanes;  ///< see MassRowParts, as the next two
+    Array<double> diagonal, scale;
+    Array<Lanes> r, p, q;                 ///< residual, direction and its product, or the preconditioned residual
+    std::array<Array<Lanes>, 2> on_grid;  ///< p and q on all nodes, where the matrix is not formed
+
+    MassRowParts parts() const { return {lanes.data(), diagonal.data(), scale.data()}; }
+};
+
 /// What the step changes.
 template <int D>
 struct State {
@@ -80,20 +96,20 @@ struct State {
     Tiles<D> tiles;
     Halo<D> halo;
     Constraints<D> constraints;
-    Array<Lanes> nodes;                  ///< sums, then velocities and increments; behind the grid's those of enriched corners
-    Array<Lanes> strain_nodes;           ///< velocities that update the stress, where they are not those of `nodes` (USF, MUSL)
-    std::array<Array<Lanes>, 5> solver;  ///< of the consistent mass matrix; empty without it
-    Array<Lanes> known;                  ///< values of constrained components, for the same
-    Array<Lanes> velocity_records;       ///< of least-squares fits of the velocity
-    Array<Lanes> cell_records;           ///< of those of the fields in cells
-    Array<Lanes> cell_contents;          ///< see kernels/cell_fields.hpp
-    Array<Lanes> gradients;              ///< see kernels/cell_gradient.hpp
-    Array<Lanes> particle_nodes;         ///< sums of particles where nodes hold those of quadrature points
-    QuadraturePoints<D> points;          ///< of quadratures cell and gauss
-    ProjectionReport projection;         ///< of the last step
-    double drift    = 0.0;               ///< bound on any particle's displacement since the sort, cells
-    double reach    = 0.0;               ///< largest distance from a particle to the edge of its domain, cells
-    int extra_reach = 0;                 ///< cells beyond it in which its samples count
+    Array<Lanes> nodes;             ///< sums, then velocities and increments; behind the grid's those of enriched corners
+    Array<Lanes> strain_nodes;      ///< velocities that update the stress, where they are not those of `nodes` (USF, MUSL)
+    MassSystem<D> mass;             ///< of the consistent mass matrix
+    Array<Lanes> known;             ///< values of constrained components, for the same
+    Array<Lanes> velocity_records;  ///< of least-squares fits of the velocity
+    Array<Lanes> cell_records;      ///< of those of the fields in cells
+    Array<Lanes> cell_contents;     ///< see kernels/cell_fields.hpp
+    Array<Lanes> gradients;         ///< see kernels/cell_gradient.hpp
+    Array<Lanes> particle_nodes;    ///< sums of particles where nodes hold those of quadrature points
+    QuadraturePoints<D> points;     ///< of quadratures cell and gauss
+    ProjectionReport projection;    ///< of the last step
+    double drift    = 0.0;          ///< bound on any particle's displacement since the sort, cells
+    double reach    = 0.0;          ///< largest distance from a particle to the edge of its domain, cells
+    int extra_reach = 0;            ///< cells beyond it in which its samples count
 
     TileReport fault;  ///< the first fault of the step, if any
 
@@ -107,7 +123,14 @@ struct State {
 /// `array` with a record of `size` Lanes for each node.
 inline void make_room(Array<Lanes>& array, std::size_t nodes, int size = 1)
 {
-    if (array.size() != nodes * size) array = Array<Lanes>(nodes * size);
+    if (array.size() != nodes * size) array = Array<Lanes>(nodes * size, Pages::own);
+}
+
+/// Room for n elements, and for more once their number has grown: it changes from step to step.
+template <class T>
+void keep_room(Array<T>& array, std::size_t n)
+{
+    if (array.size() < n) array = Array<T>(array.empty() ? n : n + n / 4);
 }
 
 /// What the grid of a method is made of.

@@ -477,24 +477,41 @@ class Counter {
         add(Stage::gather, n_ * of_cell * 3 * D, place_ + n_ * (size_of(p_.x) + size_of(p_.V)));
     }
 
-    /// Conjugate gradients (method/mass_matrix.cpp): products with the mass matrix, one an iteration and two more a solve,
-    /// for what stays coupled and for the first residual; and the passes over the solver's records.
+    /// Conjugate gradients (method/mass_matrix.cpp): products with the mass matrix, one an iteration and one more a solve, the
+    /// preconditioner, and the passes over the solver's records.
     void solve_mass(double solves, double iterations)
     {
         if (method_.mass != MassMatrix::consistent) return;
-        const bool of_points  = has_tls_velocity(method_);
-        const double count    = of_points ? s_.points.count : n_;
-        const Sums sums       = of_points ? sums_of_point<D>(method_) * count : sums_;
-        const double place    = of_points ? count * sizeof(Vec<D>) : place_;
-        const double products = iterations + 2 * solves;
-        add(Stage::nodes, products * kLanes * (sums.collect_value + sums.spread_value + count),
-            products * (place + count * sizeof(double) + kRecord * (active_ + 3 * massive_)));
-        // p = r/m + p beta; q = free (q + p diagonal); p.q; u += p alpha, r -= q alpha; r.r/m
-        constexpr double operations = 3 + 3 + 2 + 4 + 3, records = 4 + 4 + 2 + 6 + 2;
-        // the rows, u = b/m, p = free u, r = free (b - q - u diagonal), norms of b and r, the solution
-        constexpr double first_operations = 1 + 1 + 4 + 6, first_records = 3 + 3 + 3 + 6 + 4 + 3;
-        add(Stage::nodes, kLanes * active_ * (operations * iterations + first_operations * solves),
-            kRecord * active_ * (records * iterations + first_records * solves));
+        const bool of_points        = has_tls_velocity(method_);
+        const MassRowPasses<D> rows = of_points ? passes_.mass_rows_of_points : passes_.mass_rows;
+        const double count          = of_points ? s_.points.count : n_;
+        const double fields         = (of_points ? count * sizeof(Vec<D>) : place_) + count * sizeof(double);
+        const double products       = iterations + solves;
+        if (rows.form) {
+            form_rows(rows, count, fields);
+            const double entries = power_of(2 * rows.reach + 1, D), bytes = static_cast<double>(rows.size * sizeof(double));
+            add(Stage::nodes, products * massive_ * kLanes * 2 * entries, products * massive_ * (bytes + 2 * kRecord));
+            // the sums along each axis; then lines to and fro
+            const auto factors = static_cast<double>(rows.factor_size * sizeof(float));
+            add(Stage::nodes, solves * massive_ * D * entries, solves * massive_ * (bytes + factors));
+            add(Stage::nodes, iterations * massive_ * kLanes * D * 2 * (1 + 2 * rows.reach),
+                iterations * massive_ * 2 * (factors + (2 * D - 1) * kRecord));
+        } else {
+            add(Stage::nodes, products * kLanes * (sums_.collect_value + sums_.spread_value + count),
+                products * (fields + kRecord * (2 * active_ + 7 * massive_)));  // from rows to nodes and back too
+        }
+        // z = z mask scale, r.z; p = z + p beta; q = mask (q + p diagonal), p.q; u += p alpha, r -= q alpha, z = r scale, z.z
+        constexpr double operations = 4 + 2 + 5 + 7, records = 3 + 3 + 3 + 7;
+        // the first u; b.b, r = mask (b - q - u diagonal), z; z.z; and what reads no more than lanes and scales
+        constexpr double first_operations = 2 + 8 + 2, first_records = 2 + 6 + 1;
+        add(Stage::nodes, kLanes * massive_ * (operations * iterations + first_operations * solves),
+            kRecord * massive_ * (records * iterations + first_records * solves));
+    }
+    /// Once a step: the products of the functions of each particle's nodes; half of each row, cleared and added to.
+    void form_rows(const MassRowPasses<D>& rows, double count, double fields)
+    {
+        const double nodes = power_of(rows.reach + 1, D);
+        add(Stage::nodes, count * (D * nodes + nodes * (nodes + 1)), fields + 3 * sizeof(double) * rows.size * massive_);
     }
 
     const MethodSpec& method_;

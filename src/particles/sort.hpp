@@ -26,8 +26,8 @@ inline Array<int> sort_keys(Array<std::uint64_t>& keys, std::uint64_t key_end)
         n, 0, [&](std::ptrdiff_t i) { return int{i > 0 && keys[i] < keys[i - 1]}; }, [](int& any, int one) { any |= one; });
     if (!falls) return {};
 
-    Array<std::uint64_t> next_keys(n);
-    Array<int> order(n), next_order(n), place(pieces * radix);
+    Array<std::uint64_t> next_keys(n, Pages::own);
+    Array<int> order(n, Pages::own), next_order(n, Pages::own), place(pieces * radix);
     parallel_for_each(n, [&](std::ptrdiff_t i) { order[i] = static_cast<int>(i); });
     for (int shift = 0; shift < 64 && ((key_end - 1) >> shift) != 0; shift += bits) {
         auto digit          = [&](std::ptrdiff_t i) { return static_cast<std::ptrdiff_t>((keys[i] >> shift) & (radix - 1)); };

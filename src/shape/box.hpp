@@ -177,7 +177,7 @@ struct Box {
     }
     ORDO_FLAT static void spread_value(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value)
     {
-        with_stencil(g, p, i, [&](const auto& s) { spread_value_axis<D - 1>(s, g, nodes + s.first, value); });
+        with_stencil(g, p, i, [&](const auto& s) { ordo::spread_value(s, g, nodes, value); });
     }
     ORDO_FLAT static void collect(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value,
                                   Quad (&gradient)[D])
@@ -186,7 +186,7 @@ struct Box {
     }
     ORDO_FLAT static void collect_value(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value)
     {
-        with_stencil(g, p, i, [&](const auto& s) { collect_value_axis<D - 1>(s, g, nodes + s.first, value); });
+        with_stencil(g, p, i, [&](const auto& s) { ordo::collect_value(s, g, nodes, value); });
     }
 };
 static_assert(Shape<Box<2, Hat>>);

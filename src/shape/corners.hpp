@@ -76,7 +76,7 @@ ORDO_FLAT inline void visit_corner(std::ptrdiff_t node, const Lattice<D>&, F&& v
 template <int D, int W>
 ORDO_FLAT inline void spread_corner(const Stencil<D, W>& s, const Lattice<D>& g, Lanes* nodes, const Lanes& charge)
 {
-    spread_value_axis<D - 1>(s, g, nodes + s.first, charge);
+    ordo::spread_value(s, g, nodes, charge);
 }
 template <int D>
 ORDO_FLAT inline void spread_corner(std::ptrdiff_t node, const Lattice<D>&, Lanes* nodes, const Lanes& charge)
@@ -87,7 +87,7 @@ template <int D, int W>
 ORDO_FLAT inline Lanes value_at_corner(const Stencil<D, W>& s, const Lattice<D>& g, const Lanes* nodes)
 {
     Lanes value{};
-    collect_value_axis<D - 1>(s, g, nodes + s.first, value);
+    ordo::collect_value(s, g, nodes, value);
     return value;
 }
 template <int D>
@@ -150,13 +150,13 @@ struct Parallelepiped {
         for_each_corner(g, p, i, [&](int c, const auto& s) {
             Lanes charge = A;
             for (int d = 0; d < D; ++d) charge += X[d] * sign(c, d);
-            spread_value_axis<D - 1>(s, g, nodes + s.first, charge);
+            ordo::spread_value(s, g, nodes, charge);
         });
     }
     ORDO_FLAT static void spread_value(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value)
     {
         const Lanes A = value * w;
-        for_each_corner(g, p, i, [&](int, const auto& s) { spread_value_axis<D - 1>(s, g, nodes + s.first, A); });
+        for_each_corner(g, p, i, [&](int, const auto& s) { ordo::spread_value(s, g, nodes, A); });
     }
     ORDO_FLAT static void collect(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value,
                                   Quad (&gradient)[D])
@@ -165,7 +165,7 @@ struct Parallelepiped {
         Quad X[D] = {};
         for_each_corner(g, p, i, [&](int c, const auto& s) {
             Lanes u{};
-            collect_value_axis<D - 1>(s, g, nodes + s.first, u);
+            ordo::collect_value(s, g, nodes, u);
             total += u;
             for (int d = 0; d < D; ++d) X[d] += low(u) * sign(c, d);
         });
@@ -177,7 +177,7 @@ struct Parallelepiped {
     ORDO_FLAT static void collect_value(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value)
     {
         Lanes total{};
-        for_each_corner(g, p, i, [&](int, const auto& s) { collect_value_axis<D - 1>(s, g, nodes + s.first, total); });
+        for_each_corner(g, p, i, [&](int, const auto& s) { ordo::collect_value(s, g, nodes, total); });
         value += total * w;
     }
 };

@@ -52,10 +52,7 @@ struct Point {
             s.first += cell * static_cast<double>(g.stride[a]);
             for (Lanes& d : s.dw[a]) d *= Lanes(g.inv_h[a]);
         }
-        if (are_alike)
-            for (int k = 0; k < b.count; ++k) f(k, s.of(k));
-        else
-            for (int k = 0; k < b.count; ++k) f(k, stencil(g, p, b.first + k));
+        for (int k = 0; k < b.count; ++k) f(k, are_alike ? s.of(k) : stencil(g, p, b.first + k));
     }
 
     template <class Visit>
@@ -70,8 +67,7 @@ struct Point {
     }
     ORDO_FLAT static void spread_value(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value)
     {
-        const Row s = stencil(g, p, i);
-        spread_value_axis<D - 1>(s, g, nodes + s.first, value);
+        ordo::spread_value(stencil(g, p, i), g, nodes, value);
     }
     ORDO_FLAT static void collect(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value,
                                   Quad (&gradient)[D])
@@ -80,8 +76,7 @@ struct Point {
     }
     ORDO_FLAT static void collect_value(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value)
     {
-        const Row s = stencil(g, p, i);
-        collect_value_axis<D - 1>(s, g, nodes + s.first, value);
+        ordo::collect_value(stencil(g, p, i), g, nodes, value);
     }
 };
 static_assert(Shape<Point<2, Hat>>);
@@ -100,7 +95,7 @@ ORDO_FLAT inline Lanes interpolate(const Lattice<D>& g, const Lanes* nodes, cons
         s.first += g.stride[a] * cell;
     }
     Lanes value{};
-    collect_value_axis<D - 1>(s, g, nodes + s.first, value);
+    ordo::collect_value(s, g, nodes, value);
     return value;
 }
 

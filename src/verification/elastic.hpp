@@ -23,11 +23,6 @@ inline std::vector<Parameter> elastic_parameters(std::vector<Parameter> own, dou
     return own;
 }
 
-/// The material of Young's modulus E and Poisson's ratio nu.
-inline Material elastic_material(MaterialModel model, double density, double E, double nu)
-{
-    return {model, density, E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))};
-}
 inline Material elastic_material(const Values& v)
 {
     const MaterialModel model =

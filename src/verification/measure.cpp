@@ -153,7 +153,7 @@ void measure_nodes(const Problem<D>& problem, const Explicit<D>& method, State<D
     Index<D> first = Index<D>::filled(s.lattice.margin), last{};
     for (int a = 0; a < D; ++a) last[a] = first[a] + s.lattice.cells[a] + 1;
     IndexBox<D>{first, last}.for_each([&](const Index<D>& at) {
-        if (!(s.nodes[s.lattice.offset(at)][NodeLane::mass] > 0)) return;
+        if (!s.tiles.is_active(at) || !(s.nodes[s.lattice.offset(at)][NodeLane::mass] > 0)) return;
         Vec<D> x{};
         for (int a = 0; a < D; ++a) x[a] = s.lattice.origin[a] + (at[a] - s.lattice.margin) * s.lattice.h[a];
         const Vec<D> v = sample_grid(s, x).velocity;

@@ -3,10 +3,10 @@
 #pragma once
 
 #include "material/material.hpp"
+#include "particles/batch.hpp"
 #include "particles/particles.hpp"
 #include "verification/jet.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -100,14 +100,10 @@ class Manufactured final : public Solution<D> {
     /// b of the particles [begin, end), eight at a time.
     void fill_body_force(const ParticleView<D>& p, std::ptrdiff_t begin, std::ptrdiff_t end, double t) const
     {
-        for (std::ptrdiff_t i = begin; i < end; i += 8) {
-            const int n = static_cast<int>(std::min<std::ptrdiff_t>(8, end - i));
-            Vec<D, Lanes> X{};
-            for (int k = 0; k < 8; ++k)
-                for (int a = 0; a < D; ++a) X[a][k] = p.X[i + std::min(k, n - 1)][a];
-            const Vec<D, Lanes> b = body_force(kinematics(motion_, X, Lanes(t)), law_, density_);
-            for (int k = 0; k < n; ++k)
-                for (int a = 0; a < D; ++a) p.b[i + k][a] = b[a][k];
+        const int last = static_cast<int>(end);
+        for (int i = static_cast<int>(begin); i < last; i += Batch::size) {
+            const Batch batch = Batch::of(i, last);
+            store(p.b, batch, body_force(kinematics(motion_, load(p.X, batch), Lanes(t)), law_, density_));
         }
     }
 

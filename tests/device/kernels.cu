@@ -61,10 +61,12 @@ template <int D, int degree>
 __global__ void fit(Sweep<D> s, Lanes* records, Vec<D> distance)
 {
     using M = Moments<D, degree, D>;
-    const CornerSamples<D> samples(s.lattice, s.p, 0);
-    double v[D];
-    for (int a = 0; a < D; ++a) v[a] = samples.v[a][0];
-    M::add(records, distance, 1.0, v);
+    auto add = [&](const Vec<D, Lanes>&, const Vec<D, Lanes>& v_c, int) {
+        double v[D];
+        for (int a = 0; a < D; ++a) v[a] = v_c[a][0];
+        M::add(records, distance, 1.0, v);
+    };
+    for_each_sample(s, true, 0, 1, add);
     double matrix[M::unknowns][M::unknowns], row[M::unknowns];
     M::matrix(records, matrix);
     const Ldl<M::unknowns> ldl(matrix);

@@ -1,9 +1,12 @@
 // The consistent mass matrix: its product and its solutions against dense matrices.
 #include "kernels/nodes.hpp"
 #include "method/layout.hpp"
+#include "method/reconstruction.hpp"
 #include "support/particles.hpp"
 
 #include <gtest/gtest.h>
+
+#include <cstring>
 
 namespace ordo {
 namespace {
@@ -40,7 +43,6 @@ struct Body {
     Explicit<D> method;
     Passes<D> passes;
     State<D> s;
-    Dense M;
 
     Body(Model<D> model, double low, double high, int per_axis)
         : method(std::move(model)),
@@ -58,7 +60,6 @@ struct Body {
         for (Lanes& n : s.nodes)
             for (int a = 0; a < D; ++a) n[first + a] = n[a];
         s.halo.copy(s.nodes.data());
-        form();
     }
     Sweep<D> sweep() { return {s.lattice, s.particles.view(), s.nodes.data(), nullptr, 0, 0, 0}; }
     std::size_t size() const { return s.nodes.size(); }
@@ -69,9 +70,9 @@ struct Body {
         return static_cast<std::size_t>(s.lattice.offset(s.lattice.inside_period(at)));
     }
     /// The matrix from its definition, images folded.
-    void form()
+    Dense dense_matrix()
     {
-        M.assign(size(), std::vector<double>(size()));
+        Dense M(size(), std::vector<double>(size()));
         for (int p = 0; p < s.particles.count; ++p) {
             std::vector<double> phi(size());
             test::with_shape<D>(method.model().method, [&](auto shape) {
@@ -82,6 +83,7 @@ struct Body {
             for (std::size_t i = 0; i < size(); ++i)
                 for (std::size_t j = 0; phi[i] != 0 && j < size(); ++j) M[i][j] += s.particles.m[p] * phi[i] * phi[j];
         }
+        return M;
     }
     double mass(std::size_t i) const { return s.nodes[i][NodeLane::mass]; }
     bool is_lumped(std::size_t i, double lump_below) const
@@ -89,8 +91,8 @@ struct Body {
         return filled_part(s.lattice, s.nodes.data(), s.lattice.index(static_cast<std::ptrdiff_t>(i))) < lump_below;
     }
 
-    /// Component a of the solution: lumped rows alone, known values on the right, the others by elimination.
-    std::vector<double> expected(int a, double lump_below, const std::vector<std::optional<double>>& known) const
+    /// Component a of the solution with the dense matrix: lumped rows alone, known values on the right, the others by elimination.
+    std::vector<double> expected(const Dense& M, int a, double lump_below, const std::vector<std::optional<double>>& known) const
     {
         std::vector<double> u(size());
         std::vector<std::size_t> rows;
@@ -158,6 +160,7 @@ template <int D>
 void check_product(const MethodSpec& spec)
 {
     Body<D> b(consistent_box<D>(D == 3 ? 5 : 8, spec), 0.25, 0.75, 2);
+    const Dense M = b.dense_matrix();
     test::Random random(8);
     Array<Lanes> from(b.size());
     for (Lanes& n : from)
@@ -166,8 +169,8 @@ void check_product(const MethodSpec& spec)
     b.s.tiles.for_each_by_colour([&](const Tile& t) { b.passes.apply_mass(b.sweep(), from.data(), t.begin, t.end); });
     for (std::size_t i = 0; i < b.size(); ++i) {
         Lanes sum{};
-        for (std::size_t j = 0; j < b.size(); ++j) sum += from[j] * b.M[i][j];
-        for (int k = 0; k < NodeLane::end; ++k) EXPECT_NEAR(b.s.nodes[i][k], sum[k], 1e-13 * b.M[i][i] + 1e-14);
+        for (std::size_t j = 0; j < b.size(); ++j) sum += from[j] * M[i][j];
+        for (int k = 0; k < NodeLane::end; ++k) EXPECT_NEAR(b.s.nodes[i][k], sum[k], 1e-13 * M[i][i] + 1e-14);
     }
 }
 TEST(MassMatrix, ProductEqualsTheDenseOne)
@@ -179,15 +182,133 @@ TEST(MassMatrix, ProductEqualsTheDenseOne)
     check_product<3>(test::shape_spec(Basis::bspline2, Domain::cell));
 }
 
+/// The product by rows is that of particles, of quadrature points where `is_of_points`.
+template <int D>
+void check_rows(const Model<D>& model, double low, double high, bool is_of_points)
+{
+    Body<D> b(model, low, high, 2);
+    State<D>& s = b.s;
+    test::Random random(6);
+    for (int i = 0; i < s.particles.count; ++i)  // no longer in the order of cells
+        for (int a = 0; a < D; ++a) s.particles.x[i][a] += test::uniform(random, -0.2, 0.2) * model.h[a];
+    clear(s.nodes.data(), s.tiles);
+    if (is_of_points) {
+        fit_cells(model, b.passes.cell_fit, s, b.sweep());
+        Sweep<D> view = b.sweep();
+        view.p        = s.points.view();
+        s.points.for_each_by_colour([&](const Tile& t) { b.passes.project_points(view, t.begin, t.end); });
+    } else {
+        s.tiles.for_each_by_colour([&](const Tile& t) { b.passes.project(b.sweep(), t.begin, t.end); });
+    }
+    s.halo.add(s.nodes.data(), 0, NodeLane::end);
+
+    Array<Lanes> from(b.size()), to(b.size());
+    for (Lanes& n : from)
+        for (int k = 0; k < NodeLane::end; ++k) n[k] = test::uniform(random, -1, 1);
+    s.halo.copy(from.data());
+    const MassSolver<D> solver(b.passes, 0.0, is_of_points);
+    solver.apply(s, b.sweep(), from.data(), to.data());
+
+    solver.prepare(s, b.sweep(), s.nodes.data());
+    const NodeRows<D>& rows = s.mass.rows;
+    EXPECT_FALSE(s.mass.entries.empty());
+    for (int i = 1; i < rows.end(); ++i) s.mass.p[i] = from[rows.node(i)];
+    solver.multiply(s, b.sweep(), s.mass.p.data(), s.mass.q.data());
+    int count = 0;
+    for (std::size_t i = 0; i < b.size(); ++i) {
+        if (b.image(i) != i || !(b.mass(i) > 0)) continue;
+        const int row = rows.row(static_cast<std::ptrdiff_t>(i));
+        ++count;
+        ASSERT_GT(row, 0);
+        for (int k = 0; k < NodeLane::end; ++k) EXPECT_NEAR(s.mass.q[row][k], to[i][k], 1e-14 * b.mass(i)) << i;
+    }
+    EXPECT_EQ(rows.count(), count);
+}
+template <int D>
+void check_rows(const MethodSpec& spec, bool is_of_points)
+{
+    Model<D> model = consistent_box<D>(D == 3 ? 5 : 9, spec);
+    check_rows(model, 0.21, 0.77, is_of_points);
+    model.periodic[D - 1] = true;
+    check_rows(model, 0.0, 1.0, is_of_points);
+    model.periodic = Vec<D, bool>::filled(true);
+    check_rows(model, 0.0, 1.0, is_of_points);
+    check_rows(model, 0.0, 0.6, is_of_points);
+}
+TEST(MassMatrix, RowsMultiplyAsParticlesDo)
+{
+    for (const Basis basis : {Basis::hat, Basis::bspline2, Basis::bspline3, Basis::ddmpm}) {
+        const MethodSpec spec = test::shape_spec(basis, Domain::point);
+        SCOPED_TRACE(test::describe(spec));
+        check_rows<1>(spec, false);
+        check_rows<2>(spec, false);
+        check_rows<3>(spec, false);
+    }
+    for (const char* name : {"tls-mpm", "tls-ddmpm", "tls-bsmpm"}) {
+        SCOPED_TRACE(name);
+        check_rows<1>(find_preset(name)->spec, true);
+        check_rows<2>(find_preset(name)->spec, true);
+        check_rows<3>(find_preset(name)->spec, true);
+    }
+}
+
+/// Another order of the sums, or a place that two threads write to, would show.
+TEST(MassMatrix, ThreadsDoNotMatter)
+{
+    for (const Basis basis : {Basis::bspline2, Basis::ddmpm}) {
+        Model<2> model    = consistent_box<2>(64, test::shape_spec(basis, Domain::point));
+        model.periodic[1] = true;
+        Body<2> one(model, 0.0, 1.0, 2);
+        const int threads = thread_count();
+        set_thread_count(1);
+        const int iterations = one.solve(0.3);
+        EXPECT_GT(one.s.mass.rows.count(), 2 * kPiece);  // some pieces of each sum
+        for (const int n : {2, 3}) {
+            Body<2> other(model, 0.0, 1.0, 2);
+            set_thread_count(n);
+            EXPECT_EQ(other.solve(0.3), iterations);
+            EXPECT_EQ(std::memcmp(one.s.nodes.data(), other.s.nodes.data(), one.size() * sizeof(Lanes)), 0);
+        }
+        set_thread_count(threads);
+    }
+}
+
+/// The matrix is kept within a step. What happens to particles between steps must not find an old one.
+TEST(MassMatrix, ChangedParticlesHaveAnotherMatrix)
+{
+    for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
+        Model<2> model          = consistent_box<2>(8, {.basis = Basis::bspline2, .scheme = scheme});
+        model.method.lump_below = 0.0;
+        const auto seeds        = test::block(model, 0.0, 1.0, 3);
+        const Explicit<2> method(std::move(model));
+        State<2> s = method.start(plant_all(method.model(), seeds));
+        test::Random random(3);
+        method.step(s, 0.1 * courant_time_step(method.model(), s.particles));
+        for (int i = 0; i < s.particles.count; ++i) {
+            s.particles.m[i] *= test::uniform(random, 0.5, 1.5);
+            s.particles.v[i] = {test::uniform(random, -1, 1), test::uniform(random, -1, 1)};
+        }
+        method.project(s);
+        Array<Lanes> product(s.nodes.size()), momentum(s.nodes.size());
+        const Passes<2> passes = choose_passes<2>(method.model().method);
+        const Sweep<2> view{s.lattice, s.particles.view(), momentum.data(), nullptr, 0, 0, 0};
+        MassSolver<2>(passes, 0.0, false).apply(s, view, s.nodes.data(), product.data());
+        s.tiles.for_each_by_colour([&](const Tile& t) { passes.project(view, t.begin, t.end); });
+        for (std::size_t i = 0; i < s.nodes.size(); ++i)
+            for (int a = 0; a < 2; ++a) EXPECT_NEAR(product[i][a], momentum[i][a], 1e-11 * s.nodes[i][NodeLane::mass]);
+    }
+}
+
 template <int D>
 void check_solution(const Model<D>& model, double low, double high)
 {
     Body<D> b(model, low, high, 3);
+    const Dense M           = b.dense_matrix();
     const double lump_below = model.method.lump_below;
     std::vector<double> u[D];
     Vec<D> before{}, after{};
     for (int a = 0; a < D; ++a) {
-        u[a] = b.expected(a, lump_below, b.known(a));
+        u[a] = b.expected(M, a, lump_below, b.known(a));
         for (std::size_t i = 0; i < b.size(); ++i)
             if (b.image(i) == i) before[a] += b.s.nodes[i][b.first + a];
     }
@@ -235,6 +356,32 @@ TEST(MassMatrix, SolutionEqualsTheDenseOne)
         check_solutions<1>(spec);
         check_solutions<2>(spec);
     });
+}
+
+/// Of a full box of particles in a regular order the matrix is a product over axes, and its preconditioner the inverse but for
+/// the single precision of the factors.
+template <int D>
+void check_iterations(Basis basis)
+{
+    const auto model = consistent_box<D>(D == 3 ? 6 : 12, {.basis = basis, .mass = MassMatrix::consistent});
+    Explicit<D> method(model);
+    State<D> s = method.start(plant_all(model, test::block(model, 0.0, 1.0, 3)));
+    test::Random random(5);
+    for (int i = 0; i < s.particles.count; ++i)
+        for (int a = 0; a < D; ++a) s.particles.v[i][a] = test::uniform(random, -1, 1);
+    StageTimes times;
+    method.measure(&times);
+    method.project(s);
+    EXPECT_EQ(times.mass_solves, 1);
+    EXPECT_LE(times.mass_iterations, 3) << name_of(basis) << " in " << D << "D";
+}
+TEST(MassMatrix, PreconditionerIsTheInverseOfAFullBox)
+{
+    for (const auto& basis : Axis<Basis>::choices) {
+        check_iterations<1>(basis.value);
+        check_iterations<2>(basis.value);
+        check_iterations<3>(basis.value);
+    }
 }
 
 /// Constrained rows are removed; solving all of them and then setting the known values is something else.

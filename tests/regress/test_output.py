@@ -144,6 +144,16 @@ class Output(InTemporaryDirectory):
             terms = nodes["mass"] * nodes["velocity"][:, a]
             self.assert_close(terms.sum(), rows[f"momentum_{axis}"][row], scale=numpy.abs(terms).sum())
 
+    def test_grid_of_splines(self):
+        """Values of a spline at the points of a grid add up to one, inside; the body crosses blocks of nodes and sorts."""
+        case = edit(CASE, ("dim = 2", "dim = 1"), ("spacing = 0.25", "spacing = 0.02"), ("radius = 0.25", "radius = 0.05"), "velocity = -20\n[output]\ngrid = true\ninterval = 0.0001\n")
+        for basis in ("bspline2", "bspline3"):
+            settings = ["method.preset=bsmpm", f"method.basis={basis}", "time.dt=0.0001", "time.end=0.01"]
+            self.run_good(self.write("case.toml", case), "--output", basis, *(a for s in settings for a in ("--set", s)))
+            rows = history(self.dir / basis)
+            for time, path in frames(self.dir / basis, "grid"):
+                self.assert_close(arrays(read_vtk(path).GetPointData())["mass"].sum(), rows["mass"][rows["time"].index(time)])
+
     def write_rich_case(self):
         (self.dir / "data").mkdir()
         self.write("data/points.csv", "# two squares\nx, y, volume\n0.90, 0.5, 0.01\n0.95, 0.7, 0.01\n")

@@ -45,3 +45,10 @@ class Threads(InTemporaryDirectory):
         for preset in PRESETS:
             with self.subTest(preset):
                 self.assert_same_for_any_threads(self.write("case.toml", PERIODIC), "--set", f"method.preset={preset}")
+
+    def test_consistent_mass(self):
+        for preset in ("bsmpm", "ddmpm", "tls-bsmpm"):
+            with self.subTest(preset):
+                method = ["--set", f"method.preset={preset}"]
+                self.assert_same_for_any_threads(TWO_DISKS, *FINE_DISKS, *method)
+                self.assert_same_for_any_threads(self.write("case.toml", PERIODIC), *method, "--set", "time.dt=0.0002", "--set", "time.end=0.002")

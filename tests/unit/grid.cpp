@@ -96,24 +96,30 @@ TEST(Tiles, ColoursShareNoNode)
     }
 }
 
-/// Blocks are those of the tiles with particles, those beside them, and all that hold images of their nodes.
-TEST(Tiles, BlocksAreNeighboursAndImages)
+/// Blocks are those of the nodes from halo + 1 below to halo + 1 and the degree above the cells with particles, and all that
+/// hold images of their nodes.
+TEST(Tiles, BlocksAreOfNodesInReachAndTheirImages)
 {
     test::Random random(3);
-    for (const Vec<2, bool>& periodic : {Vec<2, bool>{false, false}, Vec<2, bool>{true, false}, Vec<2, bool>{true, true}}) {
-        const Lattice<2> lattice(Vec<2>{}, Vec<2>::filled(0.05), {70, 33}, periodic, 2);
-        Tiles<2> tiles(lattice, 1);
-        const int width = tiles.width();
+    constexpr int width = Tiles<2>::block_width;
+    for (int trial = 0; trial < 12; ++trial) {
+        const Vec<2, bool> periodic = {trial % 3 > 0, trial % 3 > 1};
+        const int halo = std::array{1, 2, 4, 9}[trial / 3], margin = halo + 1;
+        const GridBasis basis{.degree = 1 + trial % 2};
+        const Lattice<2> lattice(Vec<2>{}, Vec<2>::filled(0.05), {70, 33}, periodic, margin, basis);
+        Tiles<2> tiles(lattice, halo);
         std::vector<std::uint64_t> keys;
         std::set<std::pair<int, int>> expected;
         for (int n = 0; n < 4; ++n) {
-            const Index<2> cell = {static_cast<int>(test::uniform(random, 2, 72)),
-                                   static_cast<int>(test::uniform(random, 2, 35))};
+            const Index<2> cell = {margin + static_cast<int>(test::uniform(random, 0, 70)),
+                                   margin + static_cast<int>(test::uniform(random, 0, 33))};
             keys.push_back(tiles.key(cell));
-            IndexBox<2>::around({cell[0] / width, cell[1] / width}, 1).for_each([&](const Index<2>& b) {
-                if (b[0] >= 0 && b[1] >= 0 && b[0] * width < lattice.nodes[0] && b[1] * width < lattice.nodes[1])
-                    expected.insert({b[0], b[1]});
-            });
+            IndexBox<2> reach{};
+            for (int a = 0; a < 2; ++a) {
+                reach.lo[a] = std::max(0, cell[a] - halo - 1);
+                reach.hi[a] = std::min(lattice.nodes[a], cell[a] + halo + 1 + basis.degree + 1);
+            }
+            reach.for_each([&](const Index<2>& at) { expected.insert({at[0] / width, at[1] / width}); });
         }
         for (int a = 0; a < 2; ++a) {
             const auto blocks = expected;
