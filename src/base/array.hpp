@@ -45,7 +45,7 @@ inline Memory make_memory(std::size_t bytes, [[maybe_unused]] Pages pages)
 #if defined(__linux__)
     // By default Linux refuses an allocation larger than memory and swap together, however little of it would be touched;
     // not so without reserve.
-    const std::size_t large = (pages == Pages::heap ? std::size_t{16} : std::size_t{1}) << 20;
+    const std::size_t large = (pages == Pages::heap ? std::size_t{6} : std::size_t{1}) << 20;
     if (bytes >= large) {
         void* p = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
         if (p == MAP_FAILED) throw std::bad_alloc();

@@ -249,11 +249,13 @@ void write_grid(const std::filesystem::path& file, const State<D>& s)
     }
     const std::size_t count = static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]);
     std::vector<double> mass(count), velocity(3 * count);
-    // Elsewhere the material has no function that counts at the point: of splines, that of the node or of one of the next.
-    auto is_touched = [&](const Index<D>& node) {
+    // At a point count the functions of its node and, of splines, of the next: fewer than a block is wide, so that the first and
+    // the last along each axis speak for all.
+    const int last        = g.basis.degree - 1;
+    const auto both_sides = IndexBox<D>{Index<D>{}, Index<D>::filled(last > 0 ? 2 : 1)};
+    auto is_touched       = [&](const Index<D>& node) {
         bool is = false;
-        IndexBox<D>{Index<D>{}, Index<D>::filled(2)}.for_each(
-            [&](const Index<D>& side) { is = is || s.tiles.is_active(node + side * g.basis.degree); });
+        both_sides.for_each([&](const Index<D>& side) { is = is || s.tiles.is_active(node + side * last); });
         return is;
     };
     parallel_for_each(static_cast<std::ptrdiff_t>(count), [&](std::ptrdiff_t k) {

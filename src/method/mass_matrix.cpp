@@ -105,11 +105,14 @@ void MassSolver<D>::prepare(State<D>& s, const Sweep<D>& sweep, const Lanes* nod
     for (Array<Lanes>* a : {&m.r, &m.p, &m.q}) keep_room(*a, count);
     for (Array<double>* a : {&m.diagonal, &m.scale}) keep_room(*a, count);
     keep_room(m.lanes, count);
+    if (m.is_formed && !is_new) return;
     for_each_row(m.rows, [&](int i) { m.scale[i] = 1 / std::sqrt(mass(m.rows.node(i))); });
-    if (!rows_.form)
-        for (Array<Lanes>& a : m.on_grid) make_room(a, s.nodes.size());
-    else if (is_new || !m.is_formed)
+    if (rows_.form)
         form(s, sweep);
+    else
+        for (Array<Lanes>& a : m.on_grid) make_room(a, s.nodes.size());
+    find_lumped(s, sweep, nodes);
+    if (rows_.form) factor(s);
     m.is_formed = true;
 }
 
@@ -157,17 +160,15 @@ void MassSolver<D>::multiply(State<D>& s, const Sweep<D>& sweep, const Lanes* fr
 
 /// Which rows are lumped, and what is added to the diagonals.
 template <int D>
-void MassSolver<D>::find_lumped(State<D>& s, const Sweep<D>& sweep, const Lanes* nodes, const Components& c) const
+void MassSolver<D>::find_lumped(State<D>& s, const Sweep<D>& sweep, const Lanes* nodes) const
 {
     MassSystem<D>& m      = s.mass;
     constexpr int coupled = NodeLane::mass;
-    unsigned char all     = MassRowParts::coupled;
-    for (const int a : c.lanes) all |= static_cast<unsigned char>(1u << a);
-    const Lanes lumped = sum_of_runs(m.rows, [&](int begin, int end) {
+    const Lanes lumped    = sum_of_runs(m.rows, [&](int begin, int end) {
         Lanes count{};
         for (int i = begin; i < end; ++i) {
             const bool is_lumped = filled_part(s.lattice, nodes, s.lattice.index(m.rows.node(i))) < lump_below_;
-            m.lanes[i]           = is_lumped ? 0 : all;
+            m.lanes[i]           = is_lumped ? 0 : MassRowParts::coupled;
             m.diagonal[i]        = 0.0;
             m.p[i]               = Lanes{};
             m.p[i][coupled]      = is_lumped ? 0.0 : 1.0;
@@ -181,12 +182,18 @@ void MassSolver<D>::find_lumped(State<D>& s, const Sweep<D>& sweep, const Lanes*
                  [&](int i) { m.diagonal[i] = nodes[m.rows.node(i)][NodeLane::mass] - m.p[i][coupled] * m.q[i][coupled]; });
 }
 
-/// p = u: known values, else those of the lumped matrix. Those of lumped rows are the solution.
+/// p = u: known values, else those of the lumped matrix. Those of lumped rows are the solution. The lanes of each row are those
+/// that are solved for.
 template <int D>
 void MassSolver<D>::set_first(State<D>& s, Lanes* nodes, const Lanes* known, const Components& c) const
 {
-    MassSystem<D>& m = s.mass;
-    for_each_row(m.rows, [&](int i) { m.p[i] = nodes[m.rows.node(i)] * c.mask * (m.scale[i] * m.scale[i]); });
+    MassSystem<D>& m  = s.mass;
+    unsigned char all = MassRowParts::coupled;
+    for (const int a : c.lanes) all |= static_cast<unsigned char>(1u << a);
+    for_each_row(m.rows, [&](int i) {
+        m.lanes[i] = m.parts().is_coupled(i) ? all : 0;
+        m.p[i]     = nodes[m.rows.node(i)] * c.mask * (m.scale[i] * m.scale[i]);
+    });
     s.constraints.for_each([&](std::ptrdiff_t node, int component, bool is_prescribed) {
         const int row = m.rows.row(node);
         if (row > 0 && m.rows.node(row) != node) return;  // images are no rows of their own
@@ -244,7 +251,6 @@ typename MassSolver<D>::Norms MassSolver<D>::find_residual(State<D>& s, const Sw
 template <int D>
 void MassSolver<D>::factor(State<D>& s) const
 {
-    if (!rows_.form) return;
     MassSystem<D>& m = s.mass;
     keep_room(m.factors, static_cast<std::size_t>(rows_.factor_size) * m.rows.end());
     const RowView<D> rows    = m.rows.view();
@@ -331,10 +337,8 @@ void MassSolver<D>::solve(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, cons
     constexpr double tolerance = 1e-13, bearable = 1e-9;  // of the norm of b
     const Components c(parts);
     prepare(s, sweep, nodes);
-    find_lumped(s, sweep, nodes, c);
     set_first(s, nodes, known, c);
-    Norms norms = find_residual(s, sweep, nodes, c);
-    factor(s);
+    Norms norms      = find_residual(s, sweep, nodes, c);
     MassSystem<D>& m = s.mass;
     Lanes rz{};
     auto is_going = [&] { return is_finite(norms.r, c.lanes) && !is_below(norms.r, tolerance, norms.b, c.lanes); };

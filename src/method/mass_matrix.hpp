@@ -27,7 +27,8 @@ class MassSolver {
 
     /// Momenta (lanes of the velocity) become velocities, forces (lanes of the increment) accelerations; which of them, says
     /// `parts`. `known` has the accelerations of constrained components in the same lanes; fixed velocities are zero. Masses and
-    /// volumes of `nodes` must be complete. The matrix is formed unless `s.mass` has it. Throws NumericalError where it does not converge.
+    /// volumes of `nodes` must be complete. The matrix is formed unless `s.mass` has it. Throws NumericalError where it does not
+    /// converge.
     enum Parts : unsigned { kVelocity = 1u, kAcceleration = 2u };
     void solve(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, const Lanes* known, unsigned parts) const;
 
@@ -37,7 +38,8 @@ class MassSolver {
     void apply(State<D>& s, const Sweep<D>& sweep, const Lanes* from, Lanes* to) const;
 
     // What a solution begins with, by itself for the tests.
-    /// The rows of the nodes with mass, their matrix where it can be formed, and room for vectors.
+    /// The rows of the nodes with mass, room for vectors and, unless `s.mass` has them, what all solutions share: lumped rows, the
+    /// matrix and its preconditioner where it can be formed.
     void prepare(State<D>& s, const Sweep<D>& sweep, const Lanes* nodes) const;
     /// to = M from on rows: that of `apply`.
     void multiply(State<D>& s, const Sweep<D>& sweep, const Lanes* from, Lanes* to) const;
@@ -56,7 +58,7 @@ class MassSolver {
         Lanes r{};
     };
     void form(State<D>& s, const Sweep<D>& sweep) const;
-    void find_lumped(State<D>& s, const Sweep<D>& sweep, const Lanes* nodes, const Components& c) const;
+    void find_lumped(State<D>& s, const Sweep<D>& sweep, const Lanes* nodes) const;
     void set_first(State<D>& s, Lanes* nodes, const Lanes* known, const Components& c) const;
     Norms find_residual(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, const Components& c) const;
     void factor(State<D>& s) const;

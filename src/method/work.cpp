@@ -6,6 +6,8 @@
 #include "method/passes.hpp"
 #include "shape/box.hpp"
 
+#include <algorithm>
+
 namespace ordo {
 
 namespace {
@@ -478,40 +480,44 @@ class Counter {
     }
 
     /// Conjugate gradients (method/mass_matrix.cpp): products with the mass matrix, one an iteration and one more a solve, the
-    /// preconditioner, and the passes over the solver's records.
+    /// sums and factors of a step, the preconditioner, and the passes over the solver's records.
     void solve_mass(double solves, double iterations)
     {
-        if (method_.mass != MassMatrix::consistent) return;
+        if (method_.mass != MassMatrix::consistent || solves == 0) return;
+        const MassSystem<D>& m = s_.mass;
+        const auto rows_solved = static_cast<double>(m.rows.count());
+        const bool has_lumped =
+            std::any_of(m.lanes.data() + 1, m.lanes.data() + m.rows.end(), [](unsigned char lanes) { return lanes == 0; });
         const bool of_points        = has_tls_velocity(method_);
         const MassRowPasses<D> rows = of_points ? passes_.mass_rows_of_points : passes_.mass_rows;
         const double count          = of_points ? s_.points.count : n_;
         const double fields         = (of_points ? count * sizeof(Vec<D>) : place_) + count * sizeof(double);
-        const double products       = iterations + solves;
+        const double products       = iterations + solves + has_lumped;
         if (rows.form) {
-            form_rows(rows, count, fields);
+            form_rows(rows, count, fields, rows_solved);
             const double entries = power_of(2 * rows.reach + 1, D), bytes = static_cast<double>(rows.size * sizeof(double));
-            add(Stage::nodes, products * massive_ * kLanes * 2 * entries, products * massive_ * (bytes + 2 * kRecord));
+            add(Stage::nodes, products * rows_solved * kLanes * 2 * entries, products * rows_solved * (bytes + 2 * kRecord));
             // the sums along each axis; then lines to and fro
             const auto factors = static_cast<double>(rows.factor_size * sizeof(float));
-            add(Stage::nodes, solves * massive_ * D * entries, solves * massive_ * (bytes + factors));
-            add(Stage::nodes, iterations * massive_ * kLanes * D * 2 * (1 + 2 * rows.reach),
-                iterations * massive_ * 2 * (factors + (2 * D - 1) * kRecord));
+            add(Stage::nodes, rows_solved * D * entries, rows_solved * (bytes + factors));
+            add(Stage::nodes, iterations * rows_solved * kLanes * D * 2 * (1 + 2 * rows.reach),
+                iterations * rows_solved * 2 * (factors + (2 * D - 1) * kRecord));
         } else {
             add(Stage::nodes, products * kLanes * (sums_.collect_value + sums_.spread_value + count),
-                products * (fields + kRecord * (2 * active_ + 7 * massive_)));  // from rows to nodes and back too
+                products * (fields + kRecord * (2 * active_ + 7 * rows_solved)));  // from rows to nodes and back too
         }
         // z = z mask scale, r.z; p = z + p beta; q = mask (q + p diagonal), p.q; u += p alpha, r -= q alpha, z = r scale, z.z
         constexpr double operations = 4 + 2 + 5 + 7, records = 3 + 3 + 3 + 7;
         // the first u; b.b, r = mask (b - q - u diagonal), z; z.z; and what reads no more than lanes and scales
         constexpr double first_operations = 2 + 8 + 2, first_records = 2 + 6 + 1;
-        add(Stage::nodes, kLanes * massive_ * (operations * iterations + first_operations * solves),
-            kRecord * massive_ * (records * iterations + first_records * solves));
+        add(Stage::nodes, kLanes * rows_solved * (operations * iterations + first_operations * solves),
+            kRecord * rows_solved * (records * iterations + first_records * solves));
     }
     /// Once a step: the products of the functions of each particle's nodes; half of each row, cleared and added to.
-    void form_rows(const MassRowPasses<D>& rows, double count, double fields)
+    void form_rows(const MassRowPasses<D>& rows, double count, double fields, double rows_solved)
     {
         const double nodes = power_of(rows.reach + 1, D);
-        add(Stage::nodes, count * (D * nodes + nodes * (nodes + 1)), fields + 3 * sizeof(double) * rows.size * massive_);
+        add(Stage::nodes, count * (D * nodes + nodes * (nodes + 1)), fields + 3 * sizeof(double) * rows.size * rows_solved);
     }
 
     const MethodSpec& method_;
