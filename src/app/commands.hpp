@@ -12,6 +12,7 @@ struct RunOptions {
     std::string file;
     std::vector<std::string> overrides;  ///< key=value
     std::optional<std::string> output;
+    std::optional<std::string> restart;  ///< a checkpoint, or "latest"
     bool quiet = false;
 };
 

@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <iostream>
 #include <new>
+#include <system_error>
 
 #include <unistd.h>
 
@@ -38,7 +39,7 @@ int dispatch(int argc, char** argv)
     };
 
     app::RunOptions run_options;
-    std::string output;
+    std::string output, restart;
     auto with_case = [&](CLI::App* command) {
         command->add_option("case", run_options.file, "case file (TOML)")->required();
         command->add_option("--set", run_options.overrides, "override an input key, key=value; may be repeated")
@@ -48,10 +49,13 @@ int dispatch(int argc, char** argv)
     CLI::App* run = cli.add_subcommand("run", "run a case");
     with_case(run);
     with_threads(run);
+    run->add_option("--restart", restart,
+                    "go on from a checkpoint: its file, or latest for the newest good one in the output directory");
     run->add_flag("--quiet", run_options.quiet, "no progress, no summary");
     run->callback([&] {
         prepare();
         if (!output.empty()) run_options.output = output;
+        if (run->count("--restart") > 0) run_options.restart = restart;
         result = app::run(run_options);
     });
 
@@ -166,6 +170,7 @@ int main(int argc, char** argv)
     using ordo::io::say;
     start_with_short_spin(argv);
     std::signal(SIGPIPE, SIG_IGN);  // a reader that goes away must not end a run
+    std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error that says so
     try {
         const int result = dispatch(argc, argv);
         std::cout.flush();
@@ -179,6 +184,9 @@ int main(int argc, char** argv)
         say("ordo: the run failed: {}\n", e.what());
     } catch (const std::bad_alloc&) {
         say("ordo: the run failed: out of memory; use fewer particles or a coarser grid\n");
+    } catch (const std::system_error& e) {
+        if (e.code() == std::errc::broken_pipe) return 128 + SIGPIPE;  // the reader of stdout has seen enough
+        say("ordo: the run failed: {}\n", e.what());
     } catch (const std::exception& e) {
         say("ordo: the run failed: {}\n", e.what());
     }

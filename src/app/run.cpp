@@ -1,18 +1,22 @@
 #include "app/commands.hpp"
 #include "base/parallel.hpp"
 #include "io/build.hpp"
+#include "io/checkpoint.hpp"
+#include "io/hdf5.hpp"
 #include "io/message.hpp"
 #include "io/progress.hpp"
 #include "io/writer.hpp"
 #include "method/courant.hpp"
 #include "method/diagnostics.hpp"
 #include "method/explicit.hpp"
+#include "method/watch.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <csignal>
+#include <optional>
 
 namespace ordo::app {
 
@@ -63,70 +67,133 @@ void warn_of_instability(const MethodSpec& method)
                 found->why);
 }
 
+/// A case from its start, or from a checkpoint, to its end or to a signal.
 template <int D>
-int run_case(const io::CaseInput& input, bool quiet)
-{
-    io::Built<D> built = io::build<D>(input);
-    io::require_writable(input.output);
-    const Explicit<D> method(std::move(built.model));
-    State<D> s = method.start(std::move(built.particles));
-    method.project(s);  // for the first row
-    s.projection.is_wanted = true;
-    io::Writer<D> writer(input, method.model(), s.particles);
-    if (!quiet)
-        io::say("{}: {}D, {} particles, {} on {} thread{}\n", input.title.empty() ? "ordo" : input.title, D, s.particles.count,
-                input.method.preset, thread_count(), thread_count() > 1 ? "s" : "");
+class Run {
+  public:
+    Run(const io::CaseInput& input, const RunOptions& options) : Run(input, options, io::build<D>(input)) {}
 
-    if (!quiet) warn_of_instability(method.model().method);
+    /// Returns the exit code.
+    int go()
+    {
+        if (is_complete()) {
+            if (!quiet_) io::say("nothing is left to do: the checkpoint is at t = {:.6g} s\n", s_.t);
+            return 0;
+        }
+        if (restart_) {
+            writer_.emplace(input_, method_.model(), *restart_);
+            std::copy(restart_->watched.begin(), restart_->watched.end(), watch_.energies.begin());
+        } else {
+            watch_.start(s_);
+            method_.project(s_);  // for the first row
+            writer_.emplace(input_, method_.model(), s_.particles);
+        }
+        s_.projection.is_wanted = true;
+        announce();
+        catch_signals();
+        if (!restart_) {
+            writer_->row(s_);
+            writer_->frame(s_);
+        }
+        progress_.emplace(quiet_, s_.t, input_.time.end);
+        while (!is_complete() && !g_signal) step();
+        finish(!is_cut_ && io::has_hdf5() && (g_signal || checkpoints_.are_wanted()));
+        if (!g_signal) return 0;
+        io::say("ordo: stopped by signal {} at t = {:.6g} s; what was computed is written\n", static_cast<int>(g_signal), s_.t);
+        return 128 + static_cast<int>(g_signal);
+    }
 
-    catch_signals();
-    io::Progress progress(quiet, input.time.end);
-    const double end      = input.time.end;
-    const double interval = *input.output.interval;
-    long row_step = -1, frame_step = -1;  // of the last row and the last frame
-    auto row = [&] {
-        if (row_step != s.n) writer.row(s, s.dt_prev);
-        row_step = s.n;
-    };
-    auto frame = [&] {
-        if (frame_step != s.n) writer.frame(s);
-        frame_step = s.n;
-    };
-    auto finish = [&] {
-        frame();
-        writer.finish();
-        progress.done(s.n, s.t);
-        if (!quiet) io::say("wrote {} frames and history.csv to {}\n", writer.frame_count(), writer.directory().string());
-    };
-    row();
-    frame();
-    double next_frame = interval;
-    while (s.t < end && !g_signal) {
-        double dt       = input.time.dt ? *input.time.dt : automatic_time_step(method.model(), s.particles, *input.time.cfl);
-        const bool last = end - s.t < dt * (1 + 1e-9);
-        if (last) dt = end - s.t;
+  private:
+    Run(const io::CaseInput& input, const RunOptions& options, io::Built<D> built)
+        : input_(input),
+          quiet_(options.quiet),
+          method_(std::move(built.model)),
+          s_(method_.start(std::move(built.particles))),
+          checkpoints_(input, method_.model()),
+          watch_(method_.model(), input.watch_spec, [](const std::string& found) { io::say("ordo: warning: {}\n", found); })
+    {
+        io::require_writable(input.output);
+        if (options.restart) restart_ = checkpoints_.read(*options.restart, s_);
+    }
+
+    void announce() const
+    {
+        if (quiet_) return;
+        io::say("{}: {}D, {} particles, {} on {} thread{}\n", input_.title.empty() ? "ordo" : input_.title, D, s_.particles.count,
+                input_.method.preset, thread_count(), thread_count() > 1 ? "s" : "");
+        if (restart_) io::say("goes on from step {}, t = {:.6g} s\n", s_.n, s_.t);
+        warn_of_instability(method_.model().method);
+    }
+
+    // Steps add up to the end but for rounding; what is left then is no step.
+    static constexpr double kRounding = 1e-6;  ///< of a step
+    bool is_complete() const { return input_.time.end - s_.t <= kRounding * s_.dt_prev; }
+
+    void step()
+    {
+        double dt = input_.time.dt ? *input_.time.dt : automatic_time_step(method_.model(), s_.particles, *input_.time.cfl);
+        const double left = input_.time.end - s_.t;
+        is_cut_           = left < dt * (1 - kRounding);
+        if (is_cut_) {  // a run with a later end would not make this step: it goes on from the state before it
+            dt = left;
+            if (checkpoints_.are_wanted()) checkpoints_.write(s_, written());
+        }
         try {
-            method.step(s, dt);
+            if (input_.time.dt) watch_.before_step(s_, dt);
+            method_.step(s_, dt);
+            watch_.after_step(s_);
         } catch (const NumericalError&) {
-            if (std::isfinite(totals(method.model(), s.particles).total_energy())) row();  // else the sums mean nothing
-            finish();
+            if (std::isfinite(totals(method_.model(), s_.particles).total_energy())) writer_->row(s_);  // else they mean nothing
+            write_last_frame();
             throw;
         }
-        if (last) s.t = end;
-        if (s.n % input.output.history_interval == 0) row();
-        if (s.t >= next_frame - 1e-9 * dt) {
-            row();
-            frame();
-            next_frame = (std::floor(s.t / interval + 1e-9) + 1) * interval;
+        if (is_cut_) {
+            s_.t      = input_.time.end;
+            s_.t_rest = 0;
         }
-        progress.show(s.n, s.t, dt);
+        writer_->write_if_due(s_, dt);
+        if (!is_cut_ && checkpoints_.is_due(s_)) checkpoints_.write(s_, written());
+        progress_->show(s_.n, s_.t, dt);
     }
-    row();
-    finish();
-    if (!g_signal) return 0;
-    io::say("ordo: stopped by signal {} at t = {:.6g} s; what was computed is written\n", static_cast<int>(g_signal), s.t);
-    return 128 + static_cast<int>(g_signal);
-}
+
+    /// The last row and frame; a run that goes on from here does not have them.
+    void finish(bool has_checkpoint)
+    {
+        const io::Written before = written();
+        writer_->row(s_);
+        write_last_frame();
+        if (has_checkpoint) checkpoints_.write(s_, before);
+    }
+
+    io::Written written()
+    {
+        io::Written w = writer_->written();
+        w.step        = s_.n;
+        w.watched.assign(watch_.energies.begin(), watch_.energies.end());
+        return w;
+    }
+
+    void write_last_frame()
+    {
+        writer_->frame(s_);
+        writer_->finish();
+        progress_->done(s_.n, s_.t);
+        for (int k = 0; k < WatchSpec::count; ++k)
+            if (const long n = watch_.found()[k]; n > 1) io::say("ordo: warning: {} in {} steps\n", WatchSpec::names[k], n);
+        if (!quiet_) io::say("wrote {} frames and history.csv to {}\n", writer_->frame_count(), writer_->directory().string());
+    }
+
+    const io::CaseInput& input_;
+    bool quiet_;
+    Explicit<D> method_;
+    State<D> s_;
+    io::Checkpoints<D> checkpoints_;
+    Watch<D> watch_;
+    std::optional<io::Written> restart_;
+    std::optional<io::Writer<D>> writer_;
+    std::optional<io::Progress> progress_;
+    bool is_cut_ = false;  ///< the last step
+};
 
 template <int D>
 int check_case(const io::CaseInput& input)
@@ -156,7 +223,7 @@ int check_case(const io::CaseInput& input)
 int run(const RunOptions& options)
 {
     const io::CaseInput input = read(options);
-    return with_dim(input.grid.dim, [&]<int D>() { return run_case<D>(input, options.quiet); });
+    return with_dim(input.grid.dim, [&]<int D>() { return Run<D>(input, options).go(); });
 }
 
 int check(const RunOptions& options)

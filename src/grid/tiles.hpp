@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <iterator>
 #include <span>
 #include <utility>
@@ -20,6 +21,13 @@ namespace ordo {
 struct Tile {
     int begin = 0;
     int end   = 0;
+};
+
+/// What a sort has decided on tiles and blocks of nodes: particles that have moved since no longer tell.
+struct TileRecord {
+    std::vector<std::uint64_t> tiles;   ///< numbers of the tiles, ascending
+    std::vector<std::int32_t> ends;     ///< of their particles; each begins where the one before ends
+    std::vector<std::uint64_t> blocks;  ///< numbers of the blocks, ascending
 };
 
 /// The tiles that hold particles, and the blocks of nodes, `block_width` a side, that these may write to. A tile is `width`
@@ -81,25 +89,46 @@ class Tiles {
     /// Sets up tiles, colours and node blocks for particles in the order of their sorted keys.
     void assign(std::span<const std::uint64_t> sorted_keys)
     {
-        tiles_.clear();
-        for (auto& c : colours_) c.clear();
+        clear();
         std::vector<std::uint64_t> touched;
         for (auto begin = sorted_keys.begin(); begin != sorted_keys.end();) {
             const std::uint64_t tile = *begin / cells_per_tile_;
             const auto end           = std::lower_bound(begin, sorted_keys.end(), (tile + 1) * cells_per_tile_);
-            const Index<D> at        = unflatten(tile, count_);
-            colours_[colour(at)].push_back(static_cast<int>(tiles_.size()));
-            tiles_.push_back({static_cast<int>(begin - sorted_keys.begin()), static_cast<int>(end - sorted_keys.begin())});
-            add_blocks(at, {begin, end}, touched);
+            add_tile(tile, static_cast<int>(end - sorted_keys.begin()));
+            add_blocks(unflatten(tile, count_), {begin, end}, touched);
             begin = end;
         }
         std::sort(touched.begin(), touched.end());
         touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
         for (int k = 0; k < reach() / block_width; ++k) add_neighbours(touched);
         add_periodic_images(touched);
-        blocks_.clear();
-        for (std::uint64_t b : touched) blocks_.push_back(unflatten(b, block_count_));
-        block_keys_ = std::move(touched);
+        set_blocks(std::move(touched));
+    }
+
+    TileRecord record() const
+    {
+        TileRecord r{tile_keys_, {}, block_keys_};
+        for (const Tile& tile : tiles_) r.ends.push_back(tile.end);
+        return r;
+    }
+    /// Sets up what an earlier sort had decided. Returns false, and nothing of use, where it is not of this lattice or not of
+    /// `particles`.
+    bool restore(TileRecord record, int particles)
+    {
+        auto ascends = [](const auto& list) {
+            return !list.empty() && std::adjacent_find(list.begin(), list.end(), std::greater_equal<>()) == list.end();
+        };
+        auto is_within = [&](const std::vector<std::uint64_t>& keys, const Index<D>& count) {
+            return ascends(keys) && keys.back() <= flatten(count - Index<D>::filled(1), count);
+        };
+        const auto& ends = record.ends;
+        if (record.tiles.size() != ends.size() || !is_within(record.tiles, count_) || !is_within(record.blocks, block_count_) ||
+            !ascends(ends) || ends.front() < 1 || ends.back() != particles)
+            return false;
+        clear();
+        for (std::size_t k = 0; k < ends.size(); ++k) add_tile(record.tiles[k], ends[k]);
+        set_blocks(std::move(record.blocks));
+        return true;
     }
 
     /// f(tile) for all tiles, those of one colour in parallel, the colours one after the other: for scatters.
@@ -204,6 +233,25 @@ class Tiles {
         }
         return t;
     }
+    void clear()
+    {
+        tiles_.clear();
+        tile_keys_.clear();
+        for (auto& c : colours_) c.clear();
+    }
+    /// The next tile; its particles begin where those of the one before end.
+    void add_tile(std::uint64_t key, int end)
+    {
+        colours_[colour(unflatten(key, count_))].push_back(static_cast<int>(tiles_.size()));
+        tiles_.push_back({tiles_.empty() ? 0 : tiles_.back().end, end});
+        tile_keys_.push_back(key);
+    }
+    void set_blocks(std::vector<std::uint64_t> keys)
+    {
+        blocks_.clear();
+        for (const std::uint64_t b : keys) blocks_.push_back(unflatten(b, block_count_));
+        block_keys_ = std::move(keys);
+    }
     /// Nodes below its cell that a particle may write to until the next sort, and one; above the cell come those of its degree.
     int reach() const { return halo_ + 1; }
 
@@ -288,6 +336,7 @@ class Tiles {
     std::uint64_t cells_per_tile_ = 1;
     Index<D> count_{}, block_count_{};  ///< tiles and blocks along each axis
     std::vector<Tile> tiles_;
+    std::vector<std::uint64_t> tile_keys_;  ///< their numbers
     std::array<std::vector<int>, colour_count> colours_;
     std::vector<Index<D>> blocks_;
     std::vector<std::uint64_t> block_keys_;  ///< of blocks_, sorted

@@ -18,7 +18,7 @@ namespace {
 
 }  // namespace
 
-AtomicFile::AtomicFile(std::filesystem::path path, Start start) : path_(std::move(path))
+PartName::PartName(std::filesystem::path path) : path_(std::move(path))
 {
     std::error_code failure;
     const auto status = std::filesystem::status(path_, failure);  // of what a link leads to
@@ -26,39 +26,54 @@ AtomicFile::AtomicFile(std::filesystem::path path, Start start) : path_(std::mov
     const bool exists = std::filesystem::exists(status), is_device = exists && !std::filesystem::is_regular_file(status);
     if (exists && !is_device) path_ = std::filesystem::canonical(path_, failure);
     part_ = is_device ? path_ : std::filesystem::path(path_.string() + ".part");  // a pipe must stay a pipe
-    failure.clear();
-    if (start == Start::copy)
-        std::filesystem::copy_file(path_, part_, std::filesystem::copy_options::overwrite_existing, failure);
-    if (failure) throw OutputError(fmt::format("{}: cannot be copied: {}", path_.string(), failure.message()));
-    file_.reset(std::fopen(part_.c_str(), start == Start::copy ? "ab" : "wb"));
-    if (!file_) fail(part_, "cannot be created");
 }
 
-AtomicFile::~AtomicFile()
+PartName::~PartName()
 {
-    if (!file_) return;
-    file_.reset();
     std::error_code none;
-    if (part_ != path_) std::filesystem::remove(part_, none);
+    if (!is_complete_ && part_ != path_) std::filesystem::remove(part_, none);
+}
+
+void PartName::commit()
+{
+    if (part_ != path_ && std::rename(part_.c_str(), path_.c_str()) != 0) fail(path_, "cannot be named");
+    is_complete_ = true;
+}
+
+AtomicFile::AtomicFile(std::filesystem::path path, std::uintmax_t bytes_kept) : name_(std::move(path))
+{
+    const auto& part = name_.part();
+    if (bytes_kept > 0 && part != name_.path()) {
+        std::error_code failure;
+        std::filesystem::copy_file(name_.path(), part, std::filesystem::copy_options::overwrite_existing, failure);
+        if (!failure) std::filesystem::resize_file(part, bytes_kept, failure);
+        if (failure) throw OutputError(fmt::format("{}: cannot be copied: {}", name_.path().string(), failure.message()));
+    }
+    file_.reset(std::fopen(part.c_str(), bytes_kept > 0 ? "ab" : "wb"));
+    if (!file_) fail(part, "cannot be created");
 }
 
 void AtomicFile::write(std::string_view text)
 {
-    if (std::fwrite(text.data(), 1, text.size(), file_.get()) != text.size()) fail(part_, "cannot be written");
+    if (std::fwrite(text.data(), 1, text.size(), file_.get()) != text.size()) fail(name_.part(), "cannot be written");
 }
 
 void AtomicFile::commit()
 {
-    if (std::fflush(file_.get()) != 0) fail(part_, "cannot be written");
-    file_.reset();
-    if (part_ != path_ && std::rename(part_.c_str(), path_.c_str()) != 0) fail(path_, "cannot be named");
+    if (std::fclose(file_.release()) != 0) fail(name_.part(), "cannot be written");
+    name_.commit();
 }
 
-LineFile::LineFile(std::filesystem::path path, std::string_view header) : path_(std::move(path))
+LineFile::LineFile(std::filesystem::path path, std::string_view header) : path_(std::move(path)), size_(header.size() + 1)
 {
     AtomicFile file(path_);
     file.write(fmt::format("{}\n", header));
     file.commit();
+}
+
+LineFile::LineFile(std::filesystem::path path, std::uintmax_t bytes_kept) : path_(std::move(path)), size_(bytes_kept)
+{
+    AtomicFile(path_, bytes_kept).commit();
 }
 
 void LineFile::add(std::string_view line)
@@ -73,7 +88,7 @@ void LineFile::flush(When when)
     constexpr std::uintmax_t small = 1 << 20;  // bytes that are copied in no time
     if (pending_.empty()) return;
     if (when == When::soon && size_ > small && Clock::now() - last_ < pause) return;
-    AtomicFile file(path_, AtomicFile::Start::copy);
+    AtomicFile file(path_, size_);
     file.write(pending_);
     file.commit();
     size_ += pending_.size();

@@ -12,15 +12,29 @@
 
 namespace ordo::io {
 
-/// A file under construction. Without `commit` nothing is left. Throws OutputError when the disk refuses. Links are
-/// followed; devices and pipes are written as they are.
+/// The name under which a file is written, `path` and ".part", until it is complete. Without `commit` nothing is left. Links
+/// are followed; devices and pipes are written as they are. Throws OutputError.
+class PartName {
+  public:
+    explicit PartName(std::filesystem::path path);
+    ~PartName();
+    PartName(const PartName&) = delete;
+
+    const std::filesystem::path& path() const { return path_; }
+    const std::filesystem::path& part() const { return part_; }
+    /// Gives the file its name, replacing what was there.
+    void commit();
+
+  private:
+    std::filesystem::path path_, part_;
+    bool is_complete_ = false;
+};
+
+/// A file under construction. Without `commit` nothing is left. Throws OutputError when the disk refuses.
 class AtomicFile {
   public:
-    enum class Start { empty, copy };
-    /// Starts empty, or as a copy of the file there is.
-    explicit AtomicFile(std::filesystem::path path, Start start = Start::empty);
-    ~AtomicFile();
-    AtomicFile(const AtomicFile&) = delete;
+    /// Starts empty, or with the first bytes of the file there is.
+    explicit AtomicFile(std::filesystem::path path, std::uintmax_t bytes_kept = 0);
 
     void write(std::string_view text);
     template <class T>
@@ -35,7 +49,7 @@ class AtomicFile {
     struct Close {
         void operator()(std::FILE* f) const { std::fclose(f); }
     };
-    std::filesystem::path path_, part_;
+    PartName name_;
     std::unique_ptr<std::FILE, Close> file_;
 };
 
@@ -46,6 +60,11 @@ class LineFile {
     LineFile() = default;
     /// Starts the file with a header line.
     LineFile(std::filesystem::path path, std::string_view header);
+    /// Goes on behind the first bytes of the file there is; what follows them is lost.
+    LineFile(std::filesystem::path path, std::uintmax_t bytes_kept);
+
+    std::uintmax_t size() const { return size_ + pending_.size(); }  ///< bytes, those not written yet too
+    const std::filesystem::path& path() const { return path_; }
 
     void add(std::string_view line);
     /// Writes the lines added so far; a large file waits until a second has passed since the last time.

@@ -1,6 +1,7 @@
 #include "io/input.hpp"
 
 #include "io/expression.hpp"
+#include "io/hdf5.hpp"
 
 #include <algorithm>
 #include <array>
@@ -181,6 +182,25 @@ const Section<OutputInput>& output_section()
                      {&OutputInput::grid, {.name = "grid", .what = "write the grid too, grid_*.vti"}},
                      {&OutputInput::history_interval, {.name = "history_interval", .what = "steps between rows of history.csv and of probes", .min = 1}}}};
     }();
+    return s;
+}
+
+const Section<CheckpointInput>& checkpoint_section()
+{
+    static const Section<CheckpointInput> s{
+        .name = "checkpoint", .what = "When the state of the run is written to DIR/checkpoint_*.h5, for `ordo run --restart`. SIGINT, SIGTERM and SIGHUP write one too.",
+        .keys = {{&CheckpointInput::steps, {.name = "steps", .what = "steps from one to the next", .default_text = "none", .min = 1}},
+                 {&CheckpointInput::wall_minutes, {.name = "wall_minutes", .what = "time on the clock from one to the next", .unit = "min", .default_text = "none", .min = 0, .open_min = true}},
+                 {&CheckpointInput::keep, {.name = "keep", .what = "how many of the last are kept", .min = 1}}}};
+    return s;
+}
+
+const Section<WatchInput>& watch_section()
+{
+    static const Section<WatchInput> s{
+        .name = "watch", .what = "What ends a run. Particles that turn inside out, leave the grid or are no numbers, and mass matrices that are not solved, always do; what is not fatal is a warning.",
+        .keys = {{&WatchInput::fatal, {.name = "fatal", .what = "energy: more of it than energy_growth allows; time-step: a dt that particles have outrun; dropped-pivots: fits that too few particles determine (no warning: they are in history.csv)", .choices = {WatchSpec::names.begin(), WatchSpec::names.end()}}},
+                 {&WatchInput::energy_growth, {.name = "energy_growth", .what = "how much kinetic, strain and gravity's potential energy together may grow, as a part of kinetic and strain energy at the start and what gravity has given since; boundaries, tractions and body forces that do work need more", .default_text = "not watched", .min = 0}}}};
     return s;
 }
 
@@ -567,6 +587,13 @@ void validate(CaseInput& c, const std::filesystem::path& file)
             if (!(at[a] >= c.grid.origin[a] && at[a] <= c.grid.origin[a] + c.grid.size[a])) p.fail(key, "lies outside the grid");
     }
     require_unique_names(c.probes, "probe");
+    for (int k = 0; k < WatchSpec::count; ++k)
+        c.watch_spec.is_fatal[k] = std::count(c.watch.fatal.begin(), c.watch.fatal.end(), WatchSpec::names[k]) > 0;
+    c.watch_spec.energy_growth = c.watch.energy_growth;
+    for (const char* key : {"steps", "wall_minutes"})
+        if (c.checkpoint.has(key) && !has_hdf5())
+            c.checkpoint.fail(key,
+                              "needs HDF5, and ordo was built without it; install libhdf5-dev, then configure and build again");
     if (c.output.grid && c.spec.enrichment == Enrichment::all)
         c.output.fail("grid", "finite elements leave nothing on the grid; write particles only");
 }
@@ -625,7 +652,7 @@ CaseInput read_case(const std::filesystem::path& file, const std::vector<std::st
     const Place top{file.string(), 0, 0};
     const int dim = read_dim(root);
     read_table(case_section(), root, "", dim, c,
-               {"grid", "method", "time", "material", "body", "boundary", "traction", "output", "probe"});
+               {"grid", "method", "time", "material", "body", "boundary", "traction", "output", "checkpoint", "watch", "probe"});
     c.place = top;
     read_single(root, grid_section(), dim, c.grid, top);
     read_single(root, method_section(), dim, c.method, top);
@@ -635,6 +662,8 @@ CaseInput read_case(const std::filesystem::path& file, const std::vector<std::st
     read_repeated(root, boundary_section(), dim, c.boundaries);
     read_repeated(root, traction_section(), dim, c.tractions);
     read_single(root, output_section(), dim, c.output, top);
+    read_single(root, checkpoint_section(), dim, c.checkpoint, top);
+    read_single(root, watch_section(), dim, c.watch, top);
     read_repeated(root, probe_section(), dim, c.probes);
     validate(c, file);
     return c;
@@ -648,7 +677,7 @@ std::string echo_case(const CaseInput& c)
     for (const auto& b : c.bodies) text += echo(body_section(), b);
     for (const auto& b : c.boundaries) text += echo(boundary_section(), b);
     for (const auto& t : c.tractions) text += echo(traction_section(), t);
-    text += echo(output_section(), c.output);
+    text += echo(output_section(), c.output) + echo(checkpoint_section(), c.checkpoint) + echo(watch_section(), c.watch);
     for (const auto& p : c.probes) text += echo(probe_section(), p);
     return text;
 }
@@ -660,7 +689,8 @@ std::string reference_page()
            "(muParser) may stand wherever the type says so; unknown keys are errors.\n\n" +
            reference(case_section()) + reference(grid_section()) + reference(method_section()) + reference(time_section()) +
            reference(material_section()) + reference(body_section()) + reference(boundary_section()) +
-           reference(traction_section()) + reference(output_section()) + reference(probe_section());
+           reference(traction_section()) + reference(output_section()) + reference(checkpoint_section()) +
+           reference(watch_section()) + reference(probe_section());
 }
 
 }  // namespace ordo::io

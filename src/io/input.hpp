@@ -4,6 +4,7 @@
 #include "io/schema.hpp"
 #include "material/material.hpp"
 #include "method/axes.hpp"
+#include "method/watch.hpp"
 
 #include <filesystem>
 #include <string>
@@ -69,6 +70,17 @@ struct OutputInput : Located {
     int history_interval            = 1;
 };
 
+struct CheckpointInput : Located {
+    std::optional<int> steps;
+    std::optional<double> wall_minutes;
+    int keep = 2;
+};
+
+struct WatchInput : Located {
+    std::vector<std::string> fatal = {"energy"};
+    std::optional<double> energy_growth;
+};
+
 struct ProbeInput : Located {
     std::string name;
     std::vector<double> particle, point;
@@ -85,9 +97,12 @@ struct CaseInput : Located {
     std::vector<BoundaryInput> boundaries;
     std::vector<TractionInput> tractions;
     OutputInput output;
+    CheckpointInput checkpoint;
+    WatchInput watch;
     std::vector<ProbeInput> probes;
 
     MethodSpec spec;                           ///< resolved from method
+    WatchSpec watch_spec;                      ///< resolved from watch
     std::vector<Material> resolved_materials;  ///< resolved from materials
 };
 

@@ -23,7 +23,9 @@ std::string duration(double seconds)
 
 }  // namespace
 
-Progress::Progress(bool quiet, double end) : quiet_(quiet), terminal_(::isatty(STDERR_FILENO) != 0), end_(end) {}
+Progress::Progress(bool quiet, double begin, double end)
+    : quiet_(quiet), terminal_(::isatty(STDERR_FILENO) != 0), begin_(begin), end_(end)
+{}
 
 void Progress::show(long step, double t, double dt)
 {
@@ -32,8 +34,8 @@ void Progress::show(long step, double t, double dt)
     const double period = terminal_ ? 0.2 : 10.0;  // s; logs should stay short
     if (std::chrono::duration<double>(now - last_).count() < period) return;
     last_              = now;
-    const double spent = std::chrono::duration<double>(now - begin_).count();
-    const double left  = t > 0 ? spent * (end_ - t) / t : 0;
+    const double spent = std::chrono::duration<double>(now - started_).count();
+    const double left  = t > begin_ ? spent * (end_ - t) / (t - begin_) : 0;
     say("{}step {}  t = {:.4g} of {:.4g} s  dt = {:.3g} s  {:3.0f} %  {} left{}", terminal_ ? "\r\033[K" : "", step, t, end_, dt,
         100 * t / end_, duration(left), terminal_ ? "" : "\n");
 }
@@ -41,7 +43,7 @@ void Progress::show(long step, double t, double dt)
 void Progress::done(long step, double t)
 {
     if (quiet_) return;
-    const double spent = std::chrono::duration<double>(Clock::now() - begin_).count();
+    const double spent = std::chrono::duration<double>(Clock::now() - started_).count();
     say("{}{} steps to t = {:.6g} s in {:.2f} s\n", terminal_ ? "\r\033[K" : "", step, t, spent);
 }
 

@@ -7,7 +7,7 @@ namespace ordo::io {
 
 class Progress {
   public:
-    Progress(bool quiet, double end);
+    Progress(bool quiet, double begin, double end);  // s
 
     /// Shows step, time, dt and the time left; at most a few times a second.
     void show(long step, double t, double dt);
@@ -17,8 +17,8 @@ class Progress {
   private:
     using Clock = std::chrono::steady_clock;
     bool quiet_, terminal_;
-    double end_;
-    Clock::time_point begin_ = Clock::now(), last_ = begin_;
+    double begin_, end_;
+    Clock::time_point started_ = Clock::now(), last_ = started_;
 };
 
 }  // namespace ordo::io

@@ -217,7 +217,8 @@ std::string echo(const Section<Owner>& section, const Owner& owner)
     std::string text;
     if (!section.name.empty()) text += "\n" + section.header() + "\n";
     for (const auto& k : section.keys) {
-        const std::string value = std::visit([&](auto member) { return to_toml(owner.*member); }, k.member);
+        std::string value = std::visit([&](auto member) { return to_toml(owner.*member); }, k.member);
+        if (value.empty() && owner.has(k.info.name)) value = "[]";
         if (!value.empty() && value != "\"\"") text += fmt::format("{} = {}\n", k.info.name, value);
     }
     return text;

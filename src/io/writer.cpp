@@ -1,6 +1,7 @@
 #include "io/writer.hpp"
 
 #include "io/build.hpp"
+#include "io/checkpoint.hpp"
 #include "method/diagnostics.hpp"
 #include "ordo_version.hpp"
 
@@ -8,8 +9,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
-
 
 namespace ordo::io {
 
@@ -17,13 +18,15 @@ namespace {
 
 constexpr std::string_view kResolvedHeader = "# The resolved case";
 
-void remove_earlier_run(const std::filesystem::path& directory)
+/// Removes the files with names that a run may have given, unless is_kept(name).
+template <class IsKept>
+void remove_files(const std::filesystem::path& directory, IsKept&& is_kept)
 {
-    if (!std::filesystem::exists(directory / "case.toml")) return;  // require_writable has seen that it is ours
     auto is_ours = [](const std::string& name) {
         for (const auto& [start, end] : {std::pair{"particles_", ".vtu"},
                                          {"grid_", ".vti"},
                                          {"probe_", ".csv"},
+                                         {"checkpoint_", ".h5"},
                                          {"particles.pvd", ""},
                                          {"grid.pvd", ""},
                                          {"history.csv", ""},
@@ -32,11 +35,18 @@ void remove_earlier_run(const std::filesystem::path& directory)
         return false;
     };
     std::vector<std::filesystem::path> old;
-    for (const auto& entry : std::filesystem::directory_iterator(directory))
-        if (is_ours(entry.path().filename().string())) old.push_back(entry.path());
+    for (const auto& entry : std::filesystem::directory_iterator(directory)) {
+        const std::string name = entry.path().filename().string();
+        if (is_ours(name) && !is_kept(name)) old.push_back(entry.path());
+    }
     // The lists of frames first: a run killed here must not leave a list of files that are gone.
     std::stable_partition(old.begin(), old.end(), [](const auto& path) { return path.extension() == ".pvd"; });
     for (const auto& path : old) std::filesystem::remove(path);
+}
+
+std::string frame_file(std::string_view what, std::size_t number)
+{
+    return fmt::format("{}_{:06}.{}", what, number, what == "grid" ? "vti" : "vtu");
 }
 
 template <int D>
@@ -82,51 +92,134 @@ template <int D>
 Writer<D>::Writer(const CaseInput& input, const Model<D>& model, const Particles<D>& particles)
     : input_(input), model_(model), directory_(input.output.directory)
 {
-    std::error_code failure;
-    std::filesystem::create_directories(directory_, failure);
-    if (failure) throw OutputError(fmt::format("{}: cannot be made: {}", directory_.string(), failure.message()));
-    remove_earlier_run(directory_);
+    for (const ProbeInput& p : input.probes) {
+        Vec<D> at{};
+        for (int a = 0; a < D && !p.particle.empty(); ++a) at[a] = p.particle[a];
+        written_.probe_particles.push_back(p.particle.empty() ? -1 : nearest_particle(particles, at));
+    }
+    written_.next_frame = *input.output.interval;
+    start_files();
+}
 
+template <int D>
+Writer<D>::Writer(const CaseInput& input, const Model<D>& model, const Written& written)
+    : input_(input), model_(model), directory_(input.output.directory), written_(written)
+{
+    if (std::filesystem::exists(directory_ / "case.toml")) {  // require_writable has seen that it is ours
+        go_on_with_files();
+    } else {
+        written_.frames.clear();
+        written_.grid_frames.clear();
+        start_files();
+    }
+}
+
+template <int D>
+void Writer<D>::write_resolved_case() const
+{
     // Without the directory, so that the files of a case are the same wherever they go.
-    CaseInput portable        = input;
+    CaseInput portable        = input_;
     portable.output.directory = "";
     AtomicFile resolved(directory_ / "case.toml");
     resolved.write(fmt::format("{}, with every default; `ordo run` takes it. Written by ordo {} ({}).\n{}", kResolvedHeader,
                                ORDO_VERSION, ORDO_COMMIT, echo_case(portable)));
     resolved.commit();
+}
 
+template <int D>
+void Writer<D>::start_files()
+{
+    std::error_code failure;
+    std::filesystem::create_directories(directory_, failure);
+    if (failure) throw OutputError(fmt::format("{}: cannot be made: {}", directory_.string(), failure.message()));
+    if (std::filesystem::exists(directory_ / "case.toml")) remove_files(directory_, [](const std::string&) { return false; });
+    write_resolved_case();
     history_ =
         LineFile(directory_ / "history.csv",
                  "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy,"
                  "projection_mass_before,projection_mass_after,projection_momentum_x_before,projection_momentum_y_before,"
                  "projection_momentum_z_before,projection_momentum_x_after,projection_momentum_y_after,"
                  "projection_momentum_z_after,dropped_pivots,fallback_nodes");
-    for (const ProbeInput& p : input.probes) {
-        Probe probe{};
-        const std::filesystem::path file = directory_ / ("probe_" + p.name + ".csv");
-        Vec<D> at{};
-        for (int a = 0; a < D; ++a) at[a] = p.particle.empty() ? p.point[a] : p.particle[a];
-        if (!p.particle.empty()) {
-            probe.particle     = nearest_particle(particles, at);
-            std::string header = "time" + columns<D>("position") + columns<D>("displacement") + columns<D>("velocity");
+    make_probes();
+    for (Probe& probe : probes_) {
+        std::string header = "time";
+        if (probe.particle >= 0) {
+            header += columns<D>("position") + columns<D>("displacement") + columns<D>("velocity");
             for (int a = 0; a < D; ++a)
                 for (int b = a; b < D; ++b) header += fmt::format(",stress_{}{}", "xyz"[a], "xyz"[b]);
-            probe.file = LineFile(file, header + ",density");
         } else {
-            probe.point = at;
-            probe.file  = LineFile(file, "time" + columns<D>("velocity") + ",density");
+            header += columns<D>("velocity");
         }
+        probe.file = LineFile(probe.path, header + ",density");
+    }
+}
+
+/// Whatever moment a run is killed at here, the lists name files that are there, and it can be restarted again.
+template <int D>
+void Writer<D>::go_on_with_files()
+{
+    make_probes();
+    std::vector<std::filesystem::path> tables{directory_ / "history.csv"};
+    for (const Probe& probe : probes_) tables.push_back(probe.path);
+    auto require = [&](const std::filesystem::path& file, std::uintmax_t bytes) {
+        std::error_code failure;
+        const std::uintmax_t there = std::filesystem::file_size(file, failure);
+        if (failure || there < bytes)
+            throw InputError(fmt::format("--restart: {} is {}: these are not the files of the run that wrote the checkpoint, or "
+                                         "not all of them; give an empty directory with --output",
+                                         file.string(), failure ? "missing" : "shorter than it was"));
+    };
+    std::vector<std::string> kept{"particles.pvd"};
+    if (!written_.grid_frames.empty()) kept.emplace_back("grid.pvd");
+    auto keep = [&](const std::string& name, std::uintmax_t bytes) {
+        require(directory_ / name, bytes);
+        kept.push_back(name);
+    };
+    for (std::size_t k = 0; k < tables.size(); ++k) keep(tables[k].filename().string(), written_.table_sizes.at(k));
+    for (std::size_t k = 0; k < written_.frames.size(); ++k) keep(frame_file("particles", k), 1);
+    for (const int k : written_.grid_frames) keep(frame_file("grid", k), 1);
+
+    write_lists();
+    remove_files(directory_, [&](const std::string& name) {
+        if (const auto step = step_of_checkpoint(name)) return *step <= written_.step;
+        return std::find(kept.begin(), kept.end(), name) != kept.end();
+    });
+    write_resolved_case();
+    history_ = LineFile(tables[0], written_.table_sizes[0]);
+    for (std::size_t k = 0; k < probes_.size(); ++k) probes_[k].file = LineFile(tables[k + 1], written_.table_sizes[k + 1]);
+}
+
+template <int D>
+void Writer<D>::make_probes()
+{
+    for (std::size_t k = 0; k < input_.probes.size(); ++k) {
+        const ProbeInput& p = input_.probes[k];
+        Probe probe{directory_ / ("probe_" + p.name + ".csv"), {}, written_.probe_particles.at(k), {}};
+        for (int a = 0; a < D && !p.point.empty(); ++a) probe.point[a] = p.point[a];
         probes_.push_back(std::move(probe));
     }
 }
 
 template <int D>
-void Writer<D>::row(State<D>& s, double dt)
+void Writer<D>::write_if_due(State<D>& s, double dt)
 {
+    if (s.n % input_.output.history_interval == 0) row(s);
+    if (s.t < written_.next_frame - 1e-9 * dt) return;
+    row(s);
+    frame(s);
+    const double interval = *input_.output.interval;
+    written_.next_frame   = (std::floor(s.t / interval + 1e-9) + 1) * interval;
+}
+
+template <int D>
+void Writer<D>::row(State<D>& s)
+{
+    if (written_.row_step == s.n) return;
+    written_.row_step         = s.n;
     const Totals e            = totals(model_, s.particles);
     const ProjectionReport& p = s.projection;
-    history_.add(fmt::format("{},{},{}{},{},{},{},{},{},{}{}{},{},{}", s.t, dt, e.mass, values(e.momentum), e.kinetic_energy,
-                             e.strain_energy, e.total_energy(), e.potential, p.mass_before, p.mass_after,
+    history_.add(fmt::format("{},{},{}{},{},{},{},{},{},{}{}{},{},{}", s.t, s.dt_prev, e.mass, values(e.momentum),
+                             e.kinetic_energy, e.strain_energy, e.total_energy(), e.potential, p.mass_before, p.mass_after,
                              values(p.momentum_before), values(p.momentum_after), p.fit.dropped, p.fit.fallback));
     for (Probe& probe : probes_)
         if (probe.particle >= 0 || s.n > 0) probe_row(probe, s);  // the grid holds nothing before the first step
@@ -154,16 +247,39 @@ void Writer<D>::probe_row(Probe& probe, State<D>& s)
 template <int D>
 void Writer<D>::frame(State<D>& s)
 {
-    const std::string number = fmt::format("{:06}", particle_frames_.size());
-    particle_frames_.push_back({s.t, "particles_" + number + ".vtu"});
-    write_particles(directory_ / particle_frames_.back().file, model_, s, input_.output.fields);
-    write_pvd(directory_ / "particles.pvd", particle_frames_);
+    if (written_.frame_step == s.n) return;
+    const std::size_t number = written_.frames.size();
+    write_particles(directory_ / frame_file("particles", number), model_, s, input_.output.fields);
     if (input_.output.grid && s.n > 0) {
-        grid_frames_.push_back({s.t, "grid_" + number + ".vti"});
-        write_grid(directory_ / grid_frames_.back().file, s);
-        write_pvd(directory_ / "grid.pvd", grid_frames_);
+        write_grid(directory_ / frame_file("grid", number), s);
+        written_.grid_frames.push_back(static_cast<std::int32_t>(number));
     }
+    written_.frames.push_back(s.t);
+    written_.frame_step = s.n;
+    write_lists();
     flush(LineFile::When::soon);
+}
+
+/// The PVDs of the frames.
+template <int D>
+void Writer<D>::write_lists() const
+{
+    std::vector<Frame> particles, grid;
+    for (std::size_t k = 0; k < written_.frames.size(); ++k)
+        particles.push_back({written_.frames[k], frame_file("particles", k)});
+    for (const int k : written_.grid_frames) grid.push_back({written_.frames.at(k), frame_file("grid", k)});
+    write_pvd(directory_ / "particles.pvd", particles);
+    if (!grid.empty()) write_pvd(directory_ / "grid.pvd", grid);
+}
+
+template <int D>
+Written Writer<D>::written()
+{
+    flush(LineFile::When::now);
+    Written w = written_;
+    w.table_sizes.assign(1, history_.size());
+    for (const Probe& p : probes_) w.table_sizes.push_back(p.file.size());
+    return w;
 }
 
 template <int D>

@@ -1,6 +1,7 @@
 // All files of a run: particle and grid frames, history, probes, the resolved case.
 #pragma once
 
+#include "io/checkpoint.hpp"
 #include "io/file.hpp"
 #include "io/input.hpp"
 #include "io/vtk.hpp"
@@ -19,23 +20,36 @@ class Writer {
   public:
     /// Creates the directory, removes the files of an earlier run in it, writes the resolved case and the headers.
     Writer(const CaseInput& input, const Model<D>& model, const Particles<D>& particles);
+    /// Goes on with the files of an interrupted run, cut back to what `written` says of them. Where the directory has none,
+    /// starts them. Throws InputError where they are not the files of that run.
+    Writer(const CaseInput& input, const Model<D>& model, const Written& written);
 
-    /// Adds a row to the history and to each probe. dt is the size of the step that led here.
-    void row(State<D>& s, double dt);
-    /// Writes particles (and grid), the PVD, and from time to time the tables.
+    /// After each step: the rows and frames that are due.
+    void write_if_due(State<D>& s, double dt);
+    /// Adds a row to the history and to each probe, unless this step has one.
+    void row(State<D>& s);
+    /// Writes particles (and grid), the PVD, and from time to time the tables, unless this step has a frame.
     void frame(State<D>& s);
     /// Writes what the tables still hold back.
     void finish();
 
-    std::size_t frame_count() const { return particle_frames_.size(); }
+    /// Tables have all their rows in their files then.
+    Written written();
+    std::size_t frame_count() const { return written_.frames.size(); }
     const std::filesystem::path& directory() const { return directory_; }
 
   private:
     struct Probe {
+        std::filesystem::path path;
         LineFile file;
         int particle = -1;  ///< id, or -1 for a point
         Vec<D> point{};
     };
+    void start_files();
+    void go_on_with_files();
+    void make_probes();
+    void write_resolved_case() const;
+    void write_lists() const;
     void flush(LineFile::When when);
     void probe_row(Probe& probe, State<D>& s);
 
@@ -44,7 +58,7 @@ class Writer {
     std::filesystem::path directory_;
     LineFile history_;
     std::vector<Probe> probes_;
-    std::vector<Frame> particle_frames_, grid_frames_;
+    Written written_;
 };
 
 }  // namespace ordo::io

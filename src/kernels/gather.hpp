@@ -69,6 +69,42 @@ struct FromNodes {
     }
 };
 
+/// Values of a batch and, where wanted, gradients.
+template <Shape S, bool has_gradient>
+ORDO_FLAT inline void collect(const Sweep<S::dim>& s, const Batch& b, FromNodes<S::dim>& nodes)
+{
+    constexpr int D = S::dim;
+    for_each_stencil<S>(s.lattice, s.p, b, [&](int k, const auto& stencil) {
+        Lanes value{};
+        Quad gradient[D] = {};
+        if constexpr (has_gradient)
+            collect(stencil, s.lattice, s.nodes, value, gradient);
+        else
+            collect_value(stencil, s.lattice, s.nodes, value);
+        nodes.value[k] = value;
+        for (int d = 0; d < D; ++d) nodes.gradient[k][d] = gradient[d];
+    });
+}
+/// The same with the gradients of cells, where these have any.
+template <Shape S, bool has_value>
+void collect_in_cells(const Sweep<S::dim>& s, const Batch& b, FromNodes<S::dim>& nodes)
+{
+    constexpr int D = S::dim;
+    for_each_stencil<S>(s.lattice, s.p, b, [&](int k, const auto& stencil) {
+        Lanes value{};
+        Quad gradient[D] = {};
+        Mat<D> L{};
+        if (interpolate_gradient(s, b.first + k, L)) {
+            if (has_value) collect_value(stencil, s.lattice, s.nodes, value);
+            for (int c = 0; c < D * D; ++c) gradient[c % D][NodeLane::velocity + c / D] = L(c / D, c % D);
+        } else {
+            collect(stencil, s.lattice, s.nodes, value, gradient);
+        }
+        nodes.value[k] = value;
+        for (int d = 0; d < D; ++d) nodes.gradient[k][d] = gradient[d];
+    });
+}
+
 /// The stress of a batch after a step whose displacement gradient is dtL, Pa; particles may be of several materials.
 template <int D>
 ORDO_FLAT inline Mat<D, Lanes> new_stress(const Sweep<D>& s, const Batch& b, const Mat<D, Lanes>& F, const Mat<D, Lanes>& dtL)
@@ -156,22 +192,12 @@ void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
     Lanes move(report.move), reach(report.reach);
     for (int first = begin; first < end; first += Batch::size) {
         const Batch b = Batch::of(first, end);
-        FromNodes<D> nodes{};
-        for_each_stencil<S>(s.lattice, s.p, b, [&](int k, const auto& stencil) {
-            Lanes value{};
-            Quad gradient[D] = {};
-            Mat<D> L{};
-            if (!has_gradient) {
-                collect_value(stencil, s.lattice, s.nodes, value);
-            } else if (s.gradients && interpolate_gradient(s, b.first + k, L)) {
-                if (has_value) collect_value(stencil, s.lattice, s.nodes, value);
-                for (int c = 0; c < D * D; ++c) gradient[c % D][NodeLane::velocity + c / D] = L(c / D, c % D);
-            } else {
-                collect(stencil, s.lattice, s.nodes, value, gradient);
-            }
-            nodes.value[k] = value;
-            for (int d = 0; d < D; ++d) nodes.gradient[k][d] = gradient[d];
-        });
+        FromNodes<D> nodes;
+        if (!b.is_full()) nodes = {};  // spare lanes must not be anything
+        if (has_gradient && s.gradients)
+            collect_in_cells<S, has_value>(s, b, nodes);
+        else
+            collect<S, has_gradient>(s, b, nodes);
         Vec<D, Lanes> v, dv;
         if constexpr (has_value) nodes.velocities(v, dv);
         if constexpr ((parts & kUpdateVelocity) != 0) {

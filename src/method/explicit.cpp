@@ -73,6 +73,14 @@ void require_sound(const MethodSpec& method, const State<D>& s)
                                      p.body[i], at, det(p.F[i]), describe(s.fault.fault, method)));
 }
 
+template <int D>
+void advance_time(State<D>& s, double dt)
+{
+    const double step = dt + s.t_rest, t = s.t + step;
+    s.t_rest = step - (t - s.t);
+    s.t      = t;
+}
+
 }  // namespace
 
 template <int D>
@@ -189,7 +197,7 @@ void Explicit<D>::step(State<D>& s, double dt) const
     }
     if (passes_.move_corners) move_corners(s, nodes, dt);  // cells: x_c, then x_p and V_p
     s.t_F = scheme == Scheme::usf ? s.t : s.t + dt;
-    s.t += dt;
+    advance_time(s, dt);
     s.t_v     = t_kicked;
     s.dt_prev = dt;
     ++s.n;
@@ -465,8 +473,10 @@ void Explicit<D>::gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* no
         reach = std::max(reach, r.reach);
         if (r.fault != Fault::none) s.fault.flag(r.fault, r.particle);
     }
-    if (reach >= 0) s.reach = reach;  // a pass that moved particles has measured it
     s.drift += move;
+    if (reach < 0) return;
+    s.reach = reach;  // a pass that moved particles has measured them
+    s.move  = move;
 }
 
 template <int D>

@@ -40,6 +40,24 @@ void assign(const Lattice<D>& lattice, Tiles<D>& tiles, Particles<D>& particles)
     if (!order.empty()) permute(particles, order);
 }
 
+/// What hangs on lattice and tiles: halo, nodes, constraints, enriched corners.
+template <int D>
+void arrange_nodes(const Model<D>& model, State<D>& s, const Lattice<D>& lattice, Tiles<D> tiles)
+{
+    s.halo                     = Halo<D>(lattice, tiles);
+    const std::size_t enriched = add_enriched(lattice, s.particles, s.halo), nodes = lattice.node_count() + enriched;
+    tiles.add_nodes(enriched);
+    if (s.nodes.size() != nodes) {
+        s.nodes = Array<Lanes>(nodes, Pages::own);
+        if (model.method.scheme != Scheme::usl) s.strain_nodes = Array<Lanes>(nodes, Pages::own);
+        if (model.method.mass == MassMatrix::consistent) s.known = Array<Lanes>(nodes, Pages::own);
+    }
+    s.lattice     = lattice;
+    s.tiles       = std::move(tiles);
+    s.constraints = Constraints<D>(model.boundaries, s.lattice, s.tiles);
+    number_enriched(s);
+}
+
 }  // namespace
 
 template <int D>
@@ -54,26 +72,30 @@ void sort_particles(const Model<D>& model, State<D>& s)
     Tiles<D> tiles(lattice, halo, s.particles.count);
     assign(lattice, tiles, s.particles);
 
-    s.halo                     = Halo<D>(lattice, tiles);
-    const std::size_t enriched = add_enriched(lattice, s.particles, s.halo), nodes = lattice.node_count() + enriched;
-    tiles.add_nodes(enriched);
-    if (s.nodes.size() != nodes) {
-        s.nodes = Array<Lanes>(nodes, Pages::own);
-        if (model.method.scheme != Scheme::usl) s.strain_nodes = Array<Lanes>(nodes, Pages::own);
-        if (model.method.mass == MassMatrix::consistent) s.known = Array<Lanes>(nodes, Pages::own);
-    }
-    s.lattice     = lattice;
-    s.tiles       = std::move(tiles);
-    s.constraints = Constraints<D>(model.boundaries, s.lattice, s.tiles);
-    s.drift       = 0.0;
-    number_enriched(s);
+    s.drift = 0.0;
+    arrange_nodes(model, s, lattice, std::move(tiles));
+}
+
+template <int D>
+bool restore_layout(const Model<D>& model, State<D>& s, TileRecord record, int halo)
+{
+    s.extra_reach = extra_reach(model.method);
+    if (halo < 0 || halo > 1'000'000) return false;
+    const Lattice<D> lattice(model.origin, model.h, model.cells, model.periodic, halo + 1, grid_basis(model.method));
+    Tiles<D> tiles(lattice, halo, s.particles.count);
+    if (!tiles.restore(std::move(record), s.particles.count)) return false;
+    arrange_nodes(model, s, lattice, std::move(tiles));
+    return true;
 }
 
 template void wrap_periodic(const Model<1>&, Particles<1>&);
 template void wrap_periodic(const Model<2>&, Particles<2>&);
 template void wrap_periodic(const Model<3>&, Particles<3>&);
 template void sort_particles(const Model<1>&, State<1>&);
+template bool restore_layout(const Model<1>&, State<1>&, TileRecord, int);
 template void sort_particles(const Model<2>&, State<2>&);
+template bool restore_layout(const Model<2>&, State<2>&, TileRecord, int);
 template void sort_particles(const Model<3>&, State<3>&);
+template bool restore_layout(const Model<3>&, State<3>&, TileRecord, int);
 
 }  // namespace ordo

@@ -21,4 +21,9 @@ void wrap_periodic(const Model<D>& model, Particles<D>& particles);
 template <int D>
 void sort_particles(const Model<D>& model, State<D>& s);
 
+/// The layout of an earlier sort for particles in its order; `s` has their reach and drift. Returns false where `record` and
+/// `halo` are not those of such particles.
+template <int D>
+bool restore_layout(const Model<D>& model, State<D>& s, TileRecord record, int halo);
+
 }  // namespace ordo

@@ -36,6 +36,22 @@ void QuadraturePoints<D>::resize(int n, bool has_body_force)
     count = n;
 }
 
+/// Adds what blocks reported, and notes where pivots were dropped first.
+template <int D>
+void add_reports(State<D>& s, const std::vector<FitReport>& reports)
+{
+    ProjectionReport& total = s.projection;
+    for (std::size_t k = 0; k < reports.size(); ++k) {
+        if (total.fit.dropped == 0 && reports[k].dropped > 0) {
+            const IndexBox<D> nodes = s.tiles.nodes_of(s.tiles.blocks()[k]);
+            for (int a = 0; a < D; ++a)
+                total.dropped_at[a] =
+                    0.5 * (s.lattice.node_position(a, nodes.lo[a]) + s.lattice.node_position(a, nodes.hi[a] - 1));
+        }
+        total.fit += reports[k];
+    }
+}
+
 template <int D>
 void fit_velocities(const Model<D>& model, const VelocityFitPasses<D>& passes, State<D>& s, const Sweep<D>& sweep, Lanes* nodes)
 {
@@ -53,7 +69,7 @@ void fit_velocities(const Model<D>& model, const VelocityFitPasses<D>& passes, S
         passes.solve(nodes, records, choices, first, end, reports[block]);
     });
     s.halo.copy(nodes);
-    for (const FitReport& r : reports) s.projection.fit += r;
+    add_reports(s, reports);
 }
 
 template <int D>
@@ -117,7 +133,7 @@ void fit_cells(const Model<D>& model, const CellFitPasses<D>& passes, State<D>& 
             point += passes.per_cell;
         });
     });
-    for (const FitReport& r : reports) s.projection.fit += r;
+    add_reports(s, reports);
 }
 
 template <int D>
@@ -137,7 +153,7 @@ void settle_masses(State<D>& s, Lanes* nodes, const Lanes* of_particles, bool ha
             ++reports[block].fallback;
         }
     });
-    for (const FitReport& r : reports) s.projection.fit += r;
+    add_reports(s, reports);
 }
 
 template <int D>

@@ -69,6 +69,7 @@ struct ProjectionReport {
     double mass_before = 0.0, mass_after = 0.0;        ///< kg
     Vec<3> momentum_before = {}, momentum_after = {};  ///< kg m/s
     FitReport fit;
+    Vec<3> dropped_at = {};  ///< the middle of the first block of nodes, or of cells, with dropped pivots, m
 };
 
 /// What the solution of the consistent mass matrix works with; empty without it.
@@ -108,12 +109,14 @@ struct State {
     QuadraturePoints<D> points;     ///< of quadratures cell and gauss
     ProjectionReport projection;    ///< of the last step
     double drift    = 0.0;          ///< bound on any particle's displacement since the sort, cells
+    double move     = 0.0;          ///< the largest displacement of the last step along an axis, cells
     double reach    = 0.0;          ///< largest distance from a particle to the edge of its domain, cells
     int extra_reach = 0;            ///< cells beyond it in which its samples count
 
     TileReport fault;  ///< the first fault of the step, if any
 
     double t       = 0.0;  ///< time of positions, s
+    double t_rest  = 0.0;  ///< what rounding has kept from it (Kahan 1965): n steps make n dt
     double t_v     = 0.0;  ///< time of velocities, s
     double t_F     = 0.0;  ///< time of F and stresses, s; USF updates them at the start of the next step
     double dt_prev = 0.0;  ///< 0 before the first step

@@ -111,14 +111,20 @@ struct Particles {
         });
     }
 
+    /// visit(name, field) for each field that is present.
+    template <class Visit>
+    void for_each_named_field(Visit&& visit)
+    {
+#define ORDO_FIELD(type, name, group) \
+    if (!name.empty()) visit(#name, name);
+        ORDO_PARTICLE_FIELDS(ORDO_FIELD)
+#undef ORDO_FIELD
+    }
     /// visit(field) for each field that is present.
     template <class Visit>
     void for_each_field(Visit&& visit)
     {
-#define ORDO_FIELD(type, name, group) \
-    if (!name.empty()) visit(name);
-        ORDO_PARTICLE_FIELDS(ORDO_FIELD)
-#undef ORDO_FIELD
+        for_each_named_field([&](const char*, auto& field) { visit(field); });
     }
 
     ParticleView<D> view()

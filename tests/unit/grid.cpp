@@ -98,6 +98,47 @@ TEST(Tiles, ColoursShareNoNode)
 
 /// Blocks are those of the nodes from halo + 1 below to halo + 1 and the degree above the cells with particles, and all that
 /// hold images of their nodes.
+TEST(Tiles, ComeBackFromTheirRecord)
+{
+    const Lattice<2> lattice(Vec<2>{}, Vec<2>::filled(0.05), {40, 33}, {}, 2);
+    const Tiles<2> empty(lattice, 1);
+    Tiles<2> tiles = empty, again = empty;
+    test::Random random(7);
+    std::vector<std::uint64_t> keys;
+    for (int k = 0; k < 50; ++k) {
+        const auto cell = [&](int end) { return static_cast<int>(test::uniform(random, 2, end)); };
+        keys.push_back(tiles.key({cell(42), cell(35)}));
+    }
+    std::sort(keys.begin(), keys.end());
+    tiles.assign(keys);
+    const TileRecord record = tiles.record();
+    ASSERT_GT(record.tiles.size(), 3u);
+    ASSERT_TRUE(again.restore(record, 50));
+    EXPECT_EQ(again.blocks(), tiles.blocks());
+    auto by_colour = [](const Tiles<2>& t) {
+        std::vector<std::pair<int, int>> r;
+        const int threads = thread_count();
+        set_thread_count(1);
+        t.for_each_by_colour([&](const Tile& tile) { r.emplace_back(tile.begin, tile.end); });
+        set_thread_count(threads);
+        return r;
+    };
+    EXPECT_EQ(by_colour(again), by_colour(tiles));
+
+    auto is_refused = [&](auto&& change) {
+        TileRecord damaged = record;
+        change(damaged);
+        return !again.restore(damaged, 50);
+    };
+    EXPECT_FALSE(again.restore(record, 49));
+    EXPECT_TRUE(is_refused([](TileRecord& r) { r.tiles.clear(); }));
+    EXPECT_TRUE(is_refused([](TileRecord& r) { r.tiles.back() = 1'000'000; }));
+    EXPECT_TRUE(is_refused([](TileRecord& r) { r.blocks.back() = 1'000'000; }));
+    EXPECT_TRUE(is_refused([](TileRecord& r) { std::swap(r.tiles[0], r.tiles[1]); }));
+    EXPECT_TRUE(is_refused([](TileRecord& r) { r.ends[0] = 0; }));
+    EXPECT_TRUE(is_refused([](TileRecord& r) { r.ends[1] = r.ends[0]; }));
+    EXPECT_TRUE(is_refused([](TileRecord& r) { r = {}; }));
+}
 TEST(Tiles, BlocksAreOfNodesInReachAndTheirImages)
 {
     test::Random random(3);

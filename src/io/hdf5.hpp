@@ -1,0 +1,66 @@
+// Named arrays in an HDF5 file. Both classes throw InputError where ordo was built without HDF5.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace ordo::io {
+
+/// Whether ordo was built with HDF5.
+bool has_hdf5();
+
+/// An array of `rows` x `columns` numbers. T is double, int32_t, int64_t or uint64_t; const for arrays to be written.
+template <class T>
+struct ArrayOf {
+    T* data;
+    std::size_t rows, columns;
+};
+
+/// A file under construction, whose first `user_block` bytes are left to the caller. Throws OutputError when the disk refuses.
+class Hdf5Writer {
+  public:
+    Hdf5Writer(const std::filesystem::path& file, std::size_t user_block);
+    ~Hdf5Writer();
+    Hdf5Writer(const Hdf5Writer&) = delete;
+
+    template <class T>
+    void add(const std::string& name, ArrayOf<const T> array);
+    template <class T>
+    void add(const std::string& name, const std::vector<T>& list)
+    {
+        add(name, ArrayOf<const T>{list.data(), list.size(), 1});
+    }
+    void add_text(const std::string& name, const std::string& text);
+    void close();
+
+  private:
+    void add(const std::string& name, std::int64_t type, std::int64_t space, const void* data);
+    [[noreturn]] void fail() const;
+
+    std::filesystem::path path_;
+    std::int64_t file_ = -1;
+};
+
+/// Throws InputError, with what is wrong alone, where the file is none or does not have what is asked for.
+class Hdf5Reader {
+  public:
+    explicit Hdf5Reader(const std::filesystem::path& file);
+    ~Hdf5Reader();
+    Hdf5Reader(const Hdf5Reader&) = delete;
+
+    /// Fills an array of this shape.
+    template <class T>
+    void read(const std::string& name, ArrayOf<T> array) const;
+    /// A list of any length.
+    template <class T>
+    std::vector<T> list(const std::string& name) const;
+    std::string text(const std::string& name) const;
+
+  private:
+    std::int64_t file_ = -1;
+};
+
+}  // namespace ordo::io

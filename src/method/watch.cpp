@@ -1,0 +1,103 @@
+#include "method/watch.hpp"
+
+#include "method/courant.hpp"
+#include "method/diagnostics.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ordo {
+
+namespace {
+
+std::string place_text(const double* x, int dim)
+{
+    std::string r;
+    for (int a = 0; a < dim; ++a) r += fmt::format("{}{:.6g}", a ? ", " : "", x[a]);
+    return r;
+}
+
+}  // namespace
+
+template <int D>
+void Watch<D>::start(const State<D>& s)
+{
+    const Totals e = totals(model_, s.particles);
+    energies       = {e.total_energy(), e.potential, 0.0};
+    bool is_heavy  = false;
+    for (int a = 0; a < D; ++a) is_heavy = is_heavy || model_.gravity[a] != 0.0;
+    if (spec_.energy_growth && !(e.total_energy() > 0) && !is_heavy)
+        throw InputError("watch.energy_growth: the bodies are at rest, so that there is no energy to compare with; remove it");
+}
+
+template <int D>
+void Watch<D>::before_step(const State<D>& s, double dt)
+{
+    // What the last step has shown says for most steps that the limit is far, without a look at each particle.
+    const auto [h_min, h_max] = std::minmax_element(model_.h.c, model_.h.c + D);
+    double c                  = 0.0;
+    for (const Material& m : model_.materials) c = std::max(c, m.wave_speed());
+    const double moved   = s.dt_prev > 0 ? s.move * dt / s.dt_prev : 1.0;
+    const double courant = c * dt / *h_min + std::sqrt(D) * moved * *h_max / *h_min;
+    if (s.particles.enriched.empty() && courant < 0.9 * stable_courant_number(model_.method, D)) return;
+
+    const double limit = stable_time_step(model_, s.particles);
+    if (dt <= limit * (1 + 1e-9)) return;
+    find(WatchSpec::time_step,
+         fmt::format(
+             "step {}, t = {:.6g} s: the time step {:.4g} s is above the limit {:.4g} s = {:.3g} h/(c + |v|) of the method; {}; "
+             "use a smaller time.dt, or time.cfl",
+             s.n + 1, s.t, dt, limit, stable_courant_number(model_.method, D), fastest_particle(s)));
+}
+
+template <int D>
+void Watch<D>::after_step(const State<D>& s)
+{
+    const ProjectionReport& p = s.projection;
+    if (spec_.is_fatal[WatchSpec::dropped_pivots] && p.fit.dropped > 0)
+        find(WatchSpec::dropped_pivots,
+             fmt::format(
+                 "step {}, t = {:.6g} s: {} pivots of fits were dropped, first near ({}): samples there are too few for the "
+                 "degree; use more particles in a cell, a wider method.weight or a lower method.degree",
+                 s.n, s.t, p.fit.dropped, place_text(p.dropped_at.c, D)));
+    if (!spec_.energy_growth) return;
+    const Totals e                          = totals(model_, s.particles);
+    auto& [at_start, potential, of_gravity] = energies;
+    of_gravity                              = std::max(of_gravity, std::fabs(e.potential - potential));
+    const double growth                     = e.total_energy() - at_start + e.potential - potential;
+    if (growth <= *spec_.energy_growth * (at_start + of_gravity)) return;
+    find(WatchSpec::energy,
+         fmt::format(
+             "step {}, t = {:.6g} s: energy has grown by {:.4g} J, more than {:.3g} (watch.energy_growth) of the {:.4g} J that "
+             "there were; {}; a smaller time step, scheme = \"musl\" or a method with particle domains (cpdi1) may help, and "
+             "a larger limit where boundaries, tractions or body forces do work",
+             s.n, s.t, growth, *spec_.energy_growth, at_start + of_gravity, fastest_particle(s)));
+}
+
+template <int D>
+void Watch<D>::find(WatchSpec::Kind kind, const std::string& message)
+{
+    if (spec_.is_fatal[kind]) throw NumericalError(message);
+    if (found_[kind]++ == 0) warn_(message);
+}
+
+template <int D>
+std::string Watch<D>::fastest_particle(const State<D>& s) const
+{
+    const Particles<D>& p = s.particles;
+    int fastest           = 0;
+    for (int i = 1; i < p.count; ++i) {
+        const double v = norm(p.v[i]), w = norm(p.v[fastest]);
+        if (v > w || (v == w && p.id[i] < p.id[fastest])) fastest = i;
+    }
+    return fmt::format("the fastest particle is {} of body {} at ({}), {:.4g} m/s", p.id[fastest], p.body[fastest],
+                       place_text(p.x[fastest].c, D), norm(p.v[fastest]));
+}
+
+template class Watch<1>;
+template class Watch<2>;
+template class Watch<3>;
+
+}  // namespace ordo

@@ -1,0 +1,100 @@
+"""What the machine does to a run: files that may not grow, a full disk, directories that may not be written to.
+
+The run ends with a message and exit code 1; what is there is whole, and the PVD lists files that open.
+"""
+
+import os
+import resource
+import shutil
+import subprocess
+import unittest
+
+from harness import CASE, ORDO, InTemporaryDirectory, edit, frames, read_vtk
+
+LONG = edit(
+    CASE,
+    ("end = 0.01", "end = 1.0"),
+    ("spacing = 0.25", "spacing = 0.03125"),
+    "velocity = '0.1*(x - 0.5)'\n[output]\ngrid = true\ninterval = 0.004\n[checkpoint]\nsteps = 5\n[[probe]]\nname = 'a'\nparticle = 0.5\n",
+)
+
+
+class Faults(InTemporaryDirectory):
+    def run_case(self, *args, **how):
+        arguments = [ORDO, "run", "case.toml", "--quiet", "--threads", "1", *map(str, args)]
+        return subprocess.run(arguments, cwd=self.dir, text=True, capture_output=True, timeout=60, **how)
+
+    def without_hdf5(self):
+        return subprocess.run([ORDO, "check", "case.toml"], cwd=self.dir, capture_output=True).returncode != 0
+
+    def write_case(self):
+        self.write("case.toml", LONG)
+        if self.without_hdf5():
+            self.write("case.toml", edit(LONG, ("[checkpoint]\nsteps = 5\n", "")))
+
+    def assert_ends_whole(self, done, directory):
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertRegex(done.stderr, "cannot be (written|created|made|copied)")
+        self.assertEqual(list(directory.glob("*.part")), [])
+        for kind in ("particles", "grid"):
+            if (directory / f"{kind}.pvd").exists():
+                for _, path in frames(directory, kind):
+                    read_vtk(path)
+        for table in directory.glob("*.csv"):
+            self.assertTrue(table.read_text().endswith("\n"))
+
+    def test_files_that_may_not_grow(self):
+        self.write_case()
+        limits = []
+        for size in (10, 500, 2000, 20_000, 100_000):
+            with self.subTest(size):
+                shutil.rmtree(self.dir / "out", ignore_errors=True)
+                done = self.run_case("--output", "out", preexec_fn=lambda size=size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size)))
+                self.assert_ends_whole(done, self.dir / "out")
+                limits.append(len(list((self.dir / "out").glob("*"))))
+        self.assertGreater(limits[-1], limits[0])
+
+    def test_full_disk(self):
+        self.write_case()
+        place = self.dir / "disk"
+        place.mkdir()
+        for size in (64, 300, 1000, 3000):
+            mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}k", "tmpfs", place], capture_output=True)
+            if mounted.returncode != 0:
+                self.skipTest("may not mount a small disk here")
+            try:
+                with self.subTest(size):
+                    self.assert_ends_whole(self.run_case("--output", place / "out"), place / "out")
+            finally:
+                subprocess.run(["umount", place], check=True)
+
+    def test_directory_that_is_lost(self):
+        self.write_case()
+        process = subprocess.Popen([ORDO, "run", "case.toml", "--quiet", "--output", "out"], cwd=self.dir, text=True, stderr=subprocess.PIPE)
+        while not (self.dir / "out" / "particles_000001.vtu").exists():
+            self.assertIsNone(process.poll())
+        os.rename(self.dir / "out", self.dir / "elsewhere")
+        _, err = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1, err)
+        self.assertIn("out/", err)
+        self.assert_whole_lists()
+
+    def assert_whole_lists(self):
+        for _, path in frames(self.dir / "elsewhere"):
+            read_vtk(path)
+
+    @unittest.skipIf(os.geteuid() == 0, "root may write everywhere")
+    def test_read_only_directory(self):
+        self.write_case()
+        (self.dir / "out").mkdir(mode=0o500)
+        done = self.run_case("--output", "out")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("not writable", done.stderr)
+
+    def test_results_that_may_not_be_replaced(self):
+        """A directory stands where a file should go."""
+        self.write_case()
+        (self.dir / "out" / "history.csv").mkdir(parents=True)
+        done = self.run_case("--output", "out")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("is a directory", done.stderr)

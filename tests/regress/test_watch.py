@@ -1,0 +1,69 @@
+"""What [watch] sets ends a run in the step it happens, with a message that says where; else it is a warning."""
+
+from harness import CASE, TWO_DISKS, InTemporaryDirectory, contents, edit, frames, history, ordo, read_vtk
+
+# Gravity along a periodic axis: the block falls for ever, and its speed is all that it gets.
+FALLING = edit(
+    CASE,
+    ("end = 0.01", "end = 0.02"),
+    ('shape = "ball"\ncenter = 0.5\nradius = 0.25\n', "shape = 'box'\nlower = 0.25\nupper = 0.75\n"),
+    "[[boundary]]\nface = 'x-min'\ntype = 'periodic'\n",
+)
+GAINS = (TWO_DISKS, "--set", "method.preset=mpm", "--set", "watch.energy_growth=0.3", "--output", "out")
+
+
+class Watch(InTemporaryDirectory):
+    def run_case(self, *args):
+        return ordo("run", *args, "--quiet", "--threads", 1, cwd=self.dir)
+
+    def assert_fails(self, *args, says):
+        done = self.run_case(*args)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        for text in says:
+            self.assertIn(text, done.stderr)
+        for _, path in frames(self.dir / "out"):
+            read_vtk(path)
+        self.assertEqual(frames(self.dir / "out")[-1][0], history(self.dir / "out")["time"][-1])
+
+    def test_energy(self):
+        self.assert_fails(*GAINS, says=("energy has grown", "step ", "particle", "of body", "watch.energy_growth"))
+        total = history(self.dir / "out")["total_energy"]
+        self.assertGreater(total[-1], 1.3 * total[0])
+        self.assertLessEqual(max(total[:-1]), 1.3 * total[0])
+
+    def test_energy_that_is_not_fatal(self):
+        done = self.run_case(*GAINS, "--set", "watch.fatal=[]")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stderr.count("energy has grown"), 1)
+        self.assertRegex(done.stderr, r"energy in \d+ steps")
+        self.assertIn("fatal = []", (self.dir / "out" / "case.toml").read_text())
+
+    def test_energy_of_gravity_is_no_growth(self):
+        case = self.write("case.toml", edit(CASE, ("[grid]\n", "gravity = [0.0, -5.0]\n[grid]\n"), "[watch]\nenergy_growth = 0.01\n"))
+        self.run_good(case, "--output", "out")
+        self.assertGreater(history(self.dir / "out")["kinetic_energy"][-1], 0)
+
+    def test_energy_needs_some_to_compare_with(self):
+        done = self.run_case(self.write("case.toml", CASE), "--set", "watch.energy_growth=0.1")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("at rest", done.stderr)
+
+    def test_time_step_that_particles_outrun(self):
+        case = self.write("case.toml", edit(FALLING, ("[grid]\n", "gravity = [2e4, 0.0]\n[grid]\n")))
+        self.assert_fails(case, "--output", "out", "--set", "watch.fatal=['time-step']", says=("step ", "above the limit", "particle", "time.cfl"))
+        done = self.run_case(case, "--output", "out")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("above the limit", done.stderr)
+
+    def test_dropped_pivots(self):
+        case = self.write("case.toml", edit(CASE, "particles_per_cell = 1\n[method]\npreset = 'wls'\n"))
+        self.run_good(case, "--output", "out")
+        self.assertGreater(history(self.dir / "out")["dropped_pivots"][-1], 0)
+        self.assert_fails(case, "--output", "out", "--set", "watch.fatal=['dropped-pivots']", says=("pivots of fits were dropped, first near (", "step 1,"))
+
+    def test_does_not_change_files(self):
+        case = self.write("case.toml", edit(CASE, ("end = 0.01", "end = 0.1"), "velocity = '0.1*x'\n"))
+        self.run_good(case, "--output", "plain")
+        self.run_good(case, "--output", "watched", "--set", "watch.energy_growth=1e3")
+        plain, watched = contents(self.dir / "plain"), contents(self.dir / "watched")
+        self.assertEqual([name for name in plain if plain[name] != watched[name]], ["case.toml"])
