@@ -12,6 +12,11 @@ step static checks
 python3 scripts/check_layers.py
 git ls-files 'src/*.[ch]pp' 'tests/*.[ch]pp' 'bench/*.[ch]pp' | xargs clang-format --dry-run --Werror
 git ls-files | xargs codespell
+cppcheck -q -j 2 --std=c++20 --enable=warning,performance,portability --error-exitcode=1 --suppress=missingIncludeSystem \
+  --suppressions-list=.cppcheck -D__linux__ -DORDO_OPENMP -DORDO_GMSH -I src src/*/*.cpp
+
+step fuzz
+scripts/fuzz.sh
 
 for preset in minimal asan-ubsan release dev; do
   step "$preset"

@@ -81,8 +81,8 @@ class Run {
             return 0;
         }
         if (restart_) {
+            watch_.resume(restart_->watched);
             writer_.emplace(input_, method_.model(), *restart_);
-            std::copy(restart_->watched.begin(), restart_->watched.end(), watch_.energies.begin());
         } else {
             watch_.start(s_);
             method_.project(s_);  // for the first row
@@ -143,7 +143,8 @@ class Run {
             method_.step(s_, dt);
             watch_.after_step(s_);
         } catch (const NumericalError&) {
-            if (std::isfinite(totals(method_.model(), s_.particles).total_energy())) writer_->row(s_);  // else they mean nothing
+            const bool means_something = std::isfinite(totals(method_.model(), s_.particles).total_energy());
+            if (means_something && has_stepped()) writer_->row(s_);
             write_last_frame();
             throw;
         }
@@ -152,30 +153,35 @@ class Run {
             s_.t_rest = 0;
         }
         writer_->write_if_due(s_, dt);
-        if (!is_cut_ && checkpoints_.is_due(s_)) checkpoints_.write(s_, written());
+        if (!is_cut_ && !is_complete() && checkpoints_.is_due(s_)) checkpoints_.write(s_, written());
         progress_->show(s_.n, s_.t, dt);
     }
 
-    /// The last row and frame; a run that goes on from here does not have them.
+    /// The last row and frame, which a run that goes on from here does not have. Once there is a checkpoint at the end nothing is
+    /// left to do, so that it comes last; before the end it is what matters most.
     void finish(bool has_checkpoint)
     {
         const io::Written before = written();
-        writer_->row(s_);
+        if (has_checkpoint && !is_complete()) checkpoints_.write(s_, before);
+        if (has_stepped()) writer_->row(s_);
         write_last_frame();
         if (has_checkpoint) checkpoints_.write(s_, before);
     }
+
+    /// Else a restart has no nodes and no projection to write of.
+    bool has_stepped() const { return !restart_ || s_.n > restart_->step; }
 
     io::Written written()
     {
         io::Written w = writer_->written();
         w.step        = s_.n;
-        w.watched.assign(watch_.energies.begin(), watch_.energies.end());
+        w.watched.assign(watch_.energies().begin(), watch_.energies().end());
         return w;
     }
 
     void write_last_frame()
     {
-        writer_->frame(s_);
+        if (has_stepped()) writer_->frame(s_);
         writer_->finish();
         progress_->done(s_.n, s_.t);
         for (int k = 0; k < WatchSpec::count; ++k)

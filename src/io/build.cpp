@@ -53,15 +53,18 @@ void require_finite(const Vec<D>& value, const std::vector<Expression>& from, co
                              to_text(at)));
 }
 
-/// Prescribed velocities must be numbers on the nodes of their plane.
+/// Prescribed velocities must be numbers on the nodes of their plane; of a plane of two axes 1000 along each are asked.
 template <int D>
 void require_finite(const Boundary<D>& b, const std::vector<Expression>& from, const Model<D>& model)
 {
-    Index<D> n{};
-    for (int a = 0; a < D; ++a) n[a] = a == b.axis ? 1 : model.cells[a] + 1;
+    Index<D> n{}, step{};
+    for (int a = 0; a < D; ++a) {
+        step[a] = D < 3 ? 1 : model.cells[a] / 1000 + 1;
+        n[a]    = a == b.axis ? 1 : model.cells[a] / step[a] + 1;
+    }
     IndexBox<D>{{}, n}.for_each([&](const Index<D>& k) {
         Vec<D> x{}, value{};
-        for (int a = 0; a < D; ++a) x[a] = a == b.axis ? b.at : model.origin[a] + k[a] * model.h[a];
+        for (int a = 0; a < D; ++a) x[a] = a == b.axis ? b.at : model.origin[a] + k[a] * step[a] * model.h[a];
         for (int a = 0; a < D; ++a)
             if (b.value[a]) value[a] = (*b.value[a])({padded(x), padded(x), 0.0});
         require_finite(value, from, x);
@@ -121,10 +124,48 @@ Filling<D> fill_mesh(const BodyInput& b)
     return r;
 }
 
-template <int D>
-Filling<D> fill_round(const BodyInput& b, const SubCells<D>& cells)
+void require_count(const BodyInput& b, double count, double most)
 {
-    if (b.shape == "ball") return {fill(Ball<D>{to_vec<D>(b.center), *b.radius}, cells)};
+    if (!(count <= most))
+        b.fail(b.file.empty() ? "particles_per_cell" : "file",
+               fmt::format("makes about {:.3g} particles in all, more than {:.3g}; use fewer, a smaller body or a coarser [grid] "
+                           "spacing",
+                           count, most));
+}
+
+/// A built-in shape must meet the grid, or the periods beside it, before it is looked through.
+template <int D>
+void require_near(const BodyInput& b, const Bounds<D>& bounds, const Model<D>& model)
+{
+    for (int a = 0; a < D; ++a) {
+        const double length = model.cells[a] * model.h[a], around = model.periodic[a] ? length : 0.0;
+        const double low = model.origin[a] - around, high = model.origin[a] + length + around;
+        if (!(bounds.upper[a] >= low && bounds.lower[a] <= high))
+            b.fail("shape",
+                   fmt::format("body \"{}\" lies outside the grid: it runs from {:.6g} to {:.6g} along axis {}, between {} "
+                               "and {} it would meet the grid; move the body or enlarge [grid] size",
+                               b.name, bounds.lower[a], bounds.upper[a], "xyz"[a], low, high));
+    }
+}
+
+/// The same, and the sub-cells in its bounds must not be more than there may be particles.
+template <int D>
+void require_fillable(const BodyInput& b, const Bounds<D>& bounds, const SubCells<D>& cells, const Model<D>& model, double most)
+{
+    require_near(b, bounds, model);
+    double count = 1;
+    for (int a = 0; a < D; ++a) count *= (bounds.upper[a] - bounds.lower[a]) / (cells.h[a] / cells.n[a]) + 1;
+    require_count(b, count, most);
+}
+
+template <int D>
+Filling<D> fill_round(const BodyInput& b, const SubCells<D>& cells, const Model<D>& model, double most)
+{
+    if (b.shape == "ball") {
+        const Ball<D> ball{to_vec<D>(b.center), *b.radius};
+        require_fillable(b, ball.bounds(), cells, model, most);
+        return {fill(ball, cells)};
+    }
     if constexpr (D >= 2) {
         constexpr double degree = std::numbers::pi / 180;
         Tube<D> tube{.center = to_vec<D>(b.center), .inner = b.inner_radius.value_or(0.0), .outer = *b.radius};
@@ -137,10 +178,17 @@ Filling<D> fill_round(const BodyInput& b, const SubCells<D>& cells)
             tube.bottom = tube.center[tube.axis] - *b.height / 2;
             tube.top    = tube.center[tube.axis] + *b.height / 2;
         }
-        if (b.cells != "polar") return {fill(tube, cells)};
+        if (b.cells != "polar") {
+            require_fillable(b, tube.bounds(), cells, model, most);
+            return {fill(tube, cells)};
+        }
+        require_near(b, tube.bounds(), model);
         // As many polar cells as the grid's sub-cells would give at the middle radius.
-        auto count = [](std::optional<int> given, double length, double cell) {
-            return given.value_or(std::max(1, static_cast<int>(std::lround(length / cell))));
+        double all = 1;
+        auto count = [&](std::optional<int> given, double length, double cell) {
+            const double n = given ? *given : std::max(1.0, std::round(length / cell));
+            require_count(b, all *= n, most);
+            return static_cast<int>(n);
         };
         const int e1 = tube.first(), e2 = tube.second();
         const int radial  = count(b.radial, tube.outer - tube.inner, cells.h[e1] / cells.n[e1]);
@@ -156,13 +204,19 @@ Filling<D> fill_round(const BodyInput& b, const SubCells<D>& cells)
 }
 
 template <int D>
-Filling<D> fill_body(const BodyInput& b, const Model<D>& model)
+Filling<D> fill_body(const BodyInput& b, const Model<D>& model, double most)
 {
     if (b.shape == "particles") return {read_particles<D>(b)};
     if (b.shape == "mesh") return fill_mesh<D>(b);
     const SubCells<D> cells{model.origin, model.h, to_vec<D, int>(b.particles_per_cell)};
-    Filling<D> filling =
-        b.shape == "box" ? Filling<D>{fill_box(Bounds<D>{to_vec<D>(b.lower), to_vec<D>(b.upper)}, cells)} : fill_round(b, cells);
+    Filling<D> filling{};
+    if (b.shape == "box") {
+        const Bounds<D> box{to_vec<D>(b.lower), to_vec<D>(b.upper)};
+        require_fillable(b, box, cells, model, most);
+        filling.seeds = fill_box(box, cells);
+    } else {
+        filling = fill_round(b, cells, model, most);
+    }
     if (filling.seeds.empty())
         b.fail(
             "shape",
@@ -180,21 +234,47 @@ try {
     b.fail(b.file.empty() ? "shape" : "file", e.what());
 }
 
+/// The bounding box of a body: of its mesh, else of the domains of its seeds.
+template <int D>
+Bounds<D> bounds_of(const Filling<D>& body)
+{
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    Bounds<D> r{Vec<D>::filled(infinity), Vec<D>::filled(-infinity)};
+    auto add = [&](const Vec<D>& x, const Vec<D>& reach) {
+        for (int a = 0; a < D; ++a) {
+            r.lower[a] = std::min(r.lower[a], x[a] - reach[a]);
+            r.upper[a] = std::max(r.upper[a], x[a] + reach[a]);
+        }
+    };
+    for (const Vec<D>& x : body.mesh.corners) add(x, {});
+    for (const Seed<D>& s : body.seeds)
+        if (body.mesh.corners.empty()) add(s.x, reach_of_domain(s));
+    return r;
+}
+
+/// Along periodic axes a body must be no longer than the period, and lie in it or in the next ones.
+template <int D>
+void require_in_periods(const BodyInput& b, const Bounds<D>& bounds, const Model<D>& model)
+{
+    const std::string key = b.file.empty() ? "shape" : "file";
+    for (int a = 0; a < D; ++a) {
+        if (!model.periodic[a]) continue;
+        const double low = model.origin[a], period = model.cells[a] * model.h[a];
+        if (!(bounds.upper[a] - bounds.lower[a] <= period * (1 + 1e-6)))
+            b.fail(key, fmt::format("body \"{}\" overlaps itself: it is longer than the period {} of axis {}", b.name, period,
+                                    "xyz"[a]));
+        if (!(bounds.lower[a] >= low - period && bounds.upper[a] <= low + 2 * period))
+            b.fail(key, fmt::format("body \"{}\" lies outside the grid and the periods beside it: it runs from {:.6g} to {:.6g} "
+                                    "along axis {}, the grid from {} to {}; move the body",
+                                    b.name, bounds.lower[a], bounds.upper[a], "xyz"[a], low, low + period));
+    }
+}
+
 /// Every particle and the corners of its domain must lie in the grid and on the inner side of every plane.
 template <int D>
 void require_inside(const BodyInput& b, const std::vector<Seed<D>>& seeds, const Model<D>& model)
 {
     const std::string key = b.file.empty() ? "shape" : "file";
-    for (int a = 0; a < D; ++a) {
-        if (!model.periodic[a]) continue;
-        auto [first, last] =
-            std::minmax_element(seeds.begin(), seeds.end(), [&](const auto& s, const auto& t) { return s.x[a] < t.x[a]; });
-        const double period = model.cells[a] * model.h[a];
-        const double length = last->x[a] + reach_of_domain(*last)[a] - first->x[a] + reach_of_domain(*first)[a];
-        if (length > period * (1 + 1e-6))
-            b.fail(key, fmt::format("body \"{}\" overlaps itself: it is longer than the period {} of axis {}", b.name, period,
-                                    "xyz"[a]));
-    }
     for (const Seed<D>& s : seeds)
         for (int a = 0; a < D; ++a) {
             if (model.periodic[a]) continue;
@@ -273,6 +353,23 @@ void require_apart(const CaseInput& in, std::vector<Seed<D>> seeds, const std::v
         const Seed<D>& s       = seeds[i];
         const Mat<D> to_domain = inverse(s.edges);
         const Vec<D> reach     = reach_of_domain(s);
+        auto require_outside   = [&](int j) {
+            if (j == i) return;
+            const Vec<D> local = to_domain * (seeds[j].x - s.x);
+            bool inside        = true;
+            for (int a = 0; a < D; ++a) inside = inside && std::fabs(local[a]) < 1 - 1e-9;
+            if (!inside) return;
+            const BodyInput &one = in.bodies[std::max(body[i], body[j])], &other = in.bodies[std::min(body[i], body[j])];
+            one.fail(one.file.empty() ? "shape" : "file",
+                     fmt::format("body \"{}\" overlaps {} near {}; move them apart", one.name,
+                                 &one == &other ? "itself" : "body \"" + other.name + "\"", to_text(seeds[j].x)));
+        };
+        double count = 1;
+        for (int a = 0; a < D; ++a) count *= std::ceil(2 * reach[a] / model.h[a]) + 1;
+        if (!(count <= static_cast<double>(bins.size()))) {  // the domain has more bins than there are particles
+            for (const auto& other : bins) require_outside(other.second);
+            continue;
+        }
         Index<D> n{};
         for (int a = 0; a < D; ++a) n[a] = static_cast<int>(std::ceil(2 * reach[a] / model.h[a])) + 1;
         IndexBox<D>{{}, n}.for_each([&](const Index<D>& k) {
@@ -280,18 +377,8 @@ void require_apart(const CaseInput& in, std::vector<Seed<D>> seeds, const std::v
             for (int a = 0; a < D; ++a) at[a] = s.x[a] - reach[a] + std::min(k[a] * model.h[a], 2 * reach[a]);
             const std::uint64_t bin = bin_of(at);
             for (auto it = std::lower_bound(bins.begin(), bins.end(), std::pair{bin, 0}); it != bins.end() && it->first == bin;
-                 ++it) {
-                const int j = it->second;
-                if (j == i) continue;
-                const Vec<D> local = to_domain * (seeds[j].x - s.x);
-                bool inside        = true;
-                for (int a = 0; a < D; ++a) inside = inside && std::fabs(local[a]) < 1 - 1e-9;
-                if (!inside) continue;
-                const BodyInput &one = in.bodies[std::max(body[i], body[j])], &other = in.bodies[std::min(body[i], body[j])];
-                one.fail(one.file.empty() ? "shape" : "file",
-                         fmt::format("body \"{}\" overlaps {} near {}; move them apart", one.name,
-                                     &one == &other ? "itself" : "body \"" + other.name + "\"", to_text(seeds[j].x)));
-            }
+                 ++it)
+                require_outside(it->second);
         });
     }
 }
@@ -386,14 +473,14 @@ void require_stable(const CaseInput& in, const Model<D>& model, const Particles<
                                  "the particle speed; use a smaller step, or cfl = 0.4",
                                  *in.time.dt, limit, stable_courant_number(model.method, D)));
     const double steps = in.time.end / (in.time.dt ? *in.time.dt : automatic_time_step(model, particles, *in.time.cfl));
-    if (steps > 1e12)
+    if (!(steps <= 1e12))
         in.time.fail("end", fmt::format("takes about {:.1g} steps of the time step; use a larger step or a shorter time", steps));
 }
 
 }  // namespace
 
 template <int D>
-Built<D> build(const CaseInput& in)
+Built<D> build(const CaseInput& in, double most_particles)
 {
     Model<D> model{};
     model.method  = in.spec;
@@ -423,7 +510,8 @@ Built<D> build(const CaseInput& in)
     for (std::size_t k = 0; k < in.bodies.size(); ++k) {
         const BodyInput& b = in.bodies[k];
         model.body_forces.push_back(make_vector_field<D>(b.body_force));
-        const Filling<D> own = fill_body<D>(b, model);
+        const Filling<D> own = fill_body<D>(b, model, most_particles);
+        require_in_periods(b, bounds_of(own), model);
         require_inside(b, own.seeds, model);
         require_inside(b, own.mesh, model);
         seeds.insert(seeds.end(), own.seeds.begin(), own.seeds.end());
@@ -431,7 +519,7 @@ Built<D> build(const CaseInput& in)
         first.push_back(static_cast<int>(count));
         if (has_cells(model.method) || !in.tractions.empty()) meshes.push_back(mesh_body(b, own, model.method));
         count += static_cast<double>(meshes.empty() ? own.seeds.size() : meshes.back().cells.size());
-        if (count > 2e9) b.fail("particles_per_cell", "makes more than 2e9 particles in all");
+        require_count(b, count, most_particles);
     }
     first.push_back(static_cast<int>(count));
     require_apart(in, seeds, body_of, model);
@@ -477,9 +565,9 @@ int nearest_particle(const Particles<D>& particles, const Vec<D>& at)
     return best;
 }
 
-template Built<1> build(const CaseInput&);
-template Built<2> build(const CaseInput&);
-template Built<3> build(const CaseInput&);
+template Built<1> build(const CaseInput&, double);
+template Built<2> build(const CaseInput&, double);
+template Built<3> build(const CaseInput&, double);
 template int nearest_particle(const Particles<1>&, const Vec<1>&);
 template int nearest_particle(const Particles<2>&, const Vec<2>&);
 template int nearest_particle(const Particles<3>&, const Vec<3>&);

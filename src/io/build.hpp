@@ -13,9 +13,9 @@ struct Built {
 };
 
 /// Seeds the bodies. Throws InputError for bodies outside the grid or a boundary, overlapping bodies, velocities that
-/// are not numbers, time steps above the limit.
+/// are not numbers, time steps above the limit, and before it makes more particles than `most_particles`.
 template <int D>
-Built<D> build(const CaseInput& input);
+Built<D> build(const CaseInput& input, double most_particles = 2e9);
 
 /// The particle of [[probe]] `particle`: the id of the one that starts nearest to `at`.
 template <int D>

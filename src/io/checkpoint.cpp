@@ -8,16 +8,10 @@
 
 #include <fmt/format.h>
 
-#if defined(ORDO_HDF5)
-#include <unistd.h>
-#include <zlib.h>
-#endif
-
 #include <algorithm>
-#include <array>
-#include <charconv>
-#include <cstdio>
-#include <memory>
+#include <cstdint>
+#include <fstream>
+#include <optional>
 #include <sstream>
 #include <type_traits>
 
@@ -25,91 +19,77 @@ namespace ordo::io {
 
 namespace {
 
-constexpr int kFormat              = 1;    ///< of the file; to be raised with every change of what is in it
-constexpr std::size_t kHead        = 512;  ///< bytes of text before HDF5 begins, a user block in its terms
-constexpr std::string_view kFirst  = "ordo checkpoint\n";
-constexpr std::string_view kBefore = "checkpoint_", kAfter = ".h5";
+constexpr int kFormat             = 1;    ///< of the file; to be raised with every change of what is in it
+constexpr std::size_t kHead       = 512;  ///< bytes of text before HDF5 begins, a user block in its terms
+constexpr std::string_view kFirst = "ordo checkpoint\n";
 
 // ---- the file as a whole ----------------------------------------------------------------------------------------------
 
-struct Close {
-    void operator()(std::FILE* f) const { std::fclose(f); }
-};
-using File = std::unique_ptr<std::FILE, Close>;
-
-/// The text at the start, filled up with zeros. `sum` is that of the bytes behind it and of the text before it.
+/// The text at the start, filled up with zeros.
 struct Head {
-    int format = kFormat;
-    std::string version{ORDO_VERSION};
-    std::uint64_t bytes = 0;  ///< of the whole file
+    int format          = kFormat;
+    std::string version = ORDO_VERSION, commit = ORDO_COMMIT;
+    std::uintmax_t bytes = 0;  ///< of the whole file
 
-    std::string text() const { return fmt::format("{}format {}\nversion {}\nbytes {}\n", kFirst, format, version, bytes); }
-    std::string block(unsigned long sum) const
+    std::string text() const
     {
-        std::string r = fmt::format("{}crc32 {:08x}\n", text(), sum);
+        return fmt::format("{}format {}\nversion {}\ncommit {}\nbytes {}\n", kFirst, format, version, commit, bytes);
+    }
+    /// With the checksum of all that stands before it, and of what stands behind the head.
+    std::string block(std::uint64_t sum_behind) const
+    {
+        std::string r = fmt::format("{}checksum {:016x}\n", text(), checksum(text(), sum_behind));
         r.resize(kHead, '\0');
         return r;
     }
 };
 
-#if defined(ORDO_HDF5)
-/// The checksum of what follows the head, and of the head's text.
-unsigned long sum_of(std::FILE* file, const Head& head)
+/// The checksum of what follows the head of a file of so many bytes; nothing where it cannot be read.
+std::optional<std::uint64_t> sum_behind_head(const std::filesystem::path& path, std::uintmax_t bytes)
 {
-    std::vector<unsigned char> bytes(1 << 20);
-    unsigned long sum = crc32(0, nullptr, 0);
-    std::fseek(file, static_cast<long>(kHead), SEEK_SET);
-    while (const std::size_t n = std::fread(bytes.data(), 1, bytes.size(), file))
-        sum = crc32(sum, bytes.data(), static_cast<unsigned>(n));
-    const std::string text = head.text();
-    return crc32(sum, reinterpret_cast<const unsigned char*>(text.data()), static_cast<unsigned>(text.size()));
+    return bytes < kHead ? std::nullopt : checksum_of(path, bytes - kHead, kHead);
 }
 
-/// Writes the head of a file that is complete but for it, and waits until the disk has all of it.
+/// Writes the head of a file that is complete but for it.
 void seal(const std::filesystem::path& path)
 {
-    const File file(std::fopen(path.c_str(), "r+b"));
+    std::error_code failure;
     Head head;
-    head.bytes = std::filesystem::file_size(path);
-    if (file) {
-        const std::string block = head.block(sum_of(file.get(), head));
-        std::rewind(file.get());
-        if (std::fwrite(block.data(), 1, block.size(), file.get()) == block.size() && std::fflush(file.get()) == 0 &&
-            ::fsync(::fileno(file.get())) == 0)
-            return;
-    }
-    throw OutputError(fmt::format("{}: cannot be written: is the disk full?", path.string()));
+    head.bytes     = std::filesystem::file_size(path, failure);
+    const auto sum = sum_behind_head(path, head.bytes);
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    if (!failure && sum) file << head.block(*sum) << std::flush;
+    if (failure || !sum || !file) throw OutputError(fmt::format("{}: cannot be written: is the disk full?", path.string()));
 }
 
-/// Throws InputError where a file is not whole, or not of this version.
-void require_whole(const std::filesystem::path& path)
+/// Throws InputError where a file is not whole, or not of this version. Returns the commit that wrote it.
+std::string require_whole(const std::filesystem::path& path)
 {
-    if (!std::filesystem::is_regular_file(path)) throw InputError("there is no such file");
-    const File file(std::fopen(path.c_str(), "rb"));
+    std::error_code failure;
+    if (!std::filesystem::is_regular_file(path, failure)) throw InputError("there is no such file");
+    std::ifstream file(path, std::ios::binary);
     if (!file) throw InputError("it cannot be read");
     std::string block(kHead, '\0');
-    const std::size_t count = std::fread(block.data(), 1, kHead, file.get());
-    if (count < kFirst.size() || !block.starts_with(kFirst)) throw InputError("it is no checkpoint of ordo");
+    file.read(block.data(), static_cast<std::streamsize>(kHead));
+    if (!block.starts_with(kFirst)) throw InputError("it is no checkpoint of ordo");
     std::istringstream words(block.substr(kFirst.size()));
     Head head;
     std::string key;
-    words >> key >> head.format >> key >> head.version >> key >> head.bytes;
-    if (count == kHead && head.format != kFormat)
+    words >> key >> head.format >> key >> head.version >> key >> head.commit >> key >> head.bytes;
+    const auto there = std::filesystem::file_size(path, failure);
+    if (failure || there < std::max<std::uintmax_t>(head.bytes, kHead))
+        throw InputError(fmt::format("it is truncated: {} bytes are there of {}", there, head.bytes));
+    if (head.format != kFormat)
         throw InputError(
             fmt::format("its format is {}, and this ordo reads {}: it was written by another version", head.format, kFormat));
-    if (count == kHead && head.version != ORDO_VERSION)
+    if (head.version != ORDO_VERSION)
         throw InputError(fmt::format("it was written by ordo {}, and this is {}; go on with that version, or start anew",
                                      head.version, ORDO_VERSION));
-    const auto there = std::filesystem::file_size(path);
-    if (there < std::max<std::uintmax_t>(head.bytes, kHead))
-        throw InputError(fmt::format("it is truncated: {} bytes are there of {}", there, head.bytes));
-    if (there != head.bytes || block != head.block(sum_of(file.get(), head)))
+    const auto sum = sum_behind_head(path, there);
+    if (there != head.bytes || !sum || block != head.block(*sum))
         throw InputError("it is corrupted: its checksum is not that of its contents");
+    return head.commit;
 }
-#else
-void seal(const std::filesystem::path&) {}
-void require_whole(const std::filesystem::path&) {}
-#endif
 
 // ---- what is in it ----------------------------------------------------------------------------------------------------
 
@@ -125,16 +105,26 @@ std::string identity_of(CaseInput input)
     return echo_case(input);
 }
 
+std::vector<std::string> lines_of(const std::string& text)
+{
+    std::istringstream in(text);
+    std::vector<std::string> r;
+    for (std::string line; std::getline(in, line);) r.push_back(line);
+    return r;
+}
+
 /// Where two inputs differ first, in words.
 std::string difference(const std::string& before, const std::string& now)
 {
-    std::istringstream a(before), b(now);
-    std::string x, y;
-    for (;;) {
-        const bool has_x = static_cast<bool>(std::getline(a, x)), has_y = static_cast<bool>(std::getline(b, y));
-        if (!has_x && !has_y) return "nothing";
-        if (has_x != has_y || x != y) return fmt::format("`{}` then, `{}` now", has_x ? x : "", has_y ? y : "");
-    }
+    std::vector<std::string> a = lines_of(before), b = lines_of(now);
+    const std::size_t count = std::max(a.size(), b.size());
+    a.resize(count);
+    b.resize(count);
+    std::string table;
+    std::size_t k = 0;
+    for (; k + 1 < count && a[k] == b[k]; ++k)
+        if (a[k].starts_with("[")) table = a[k] + " ";
+    return fmt::format("{}`{}` then, `{}` now", table, a[k], b[k]);
 }
 
 /// The numbers that a field is made of.
@@ -152,7 +142,7 @@ struct Scalar<Turns<D>> {
     using Type = std::int32_t;
 };
 
-/// f(name, array of numbers) for everything that particles and their corners are.
+/// f(name, array of numbers) for what a step changes of particles and their corners; and what a sort does.
 template <int D, class F>
 void for_each_array(Particles<D>& p, F&& f)
 {
@@ -165,16 +155,39 @@ void for_each_array(Particles<D>& p, F&& f)
     p.for_each_named_field([&](const char* name, auto& field) { visit(std::string("particle_") + name, field); });
     visit("corner", p.corner);
     visit("corner_velocity", p.corner_velocity);
-    visit("corner_enriched", p.enriched);
-    visit("corner_planes", p.corner_planes);
-    visit("corner_part", p.corner_part);
 }
 
-/// What a state has of single numbers.
-template <int D>
-std::array<double*, 8> numbers_of(State<D>& s)
+/// f(name, number) for what a state has of single numbers.
+template <int D, class F>
+void for_each_number(State<D>& s, F&& f)
 {
-    return {&s.t, &s.t_rest, &s.t_v, &s.t_F, &s.dt_prev, &s.drift, &s.reach, &s.move};
+    f("t", s.t);
+    f("t_rest", s.t_rest);
+    f("t_v", s.t_v);
+    f("t_F", s.t_F);
+    f("dt_prev", s.dt_prev);
+    f("drift", s.drift);
+    f("reach", s.reach);
+    f("move", s.move);
+}
+
+/// f(name, list) for the lists of `w`, f(name, step) for its steps.
+template <class F>
+void for_each_list(Written& w, F&& f)
+{
+    f("written_frames", w.frames);
+    f("written_grid_frames", w.grid_frames);
+    f("written_table_sizes", w.table_sizes);
+    f("written_table_sums", w.table_sums);
+    f("written_probe_particles", w.probe_particles);
+    f("watched_energies", w.watched);
+}
+template <class F>
+void for_each_step(Written& w, F&& f)
+{
+    f("step", w.step);
+    f("written_row_step", w.row_step);
+    f("written_frame_step", w.frame_step);
 }
 
 template <int D>
@@ -188,19 +201,14 @@ void add_state(Hdf5Writer& out, State<D>& s)
     out.add("layout_ends", layout.ends);
     out.add("layout_blocks", layout.blocks);
     out.add("layout_halo", std::vector<std::int32_t>{s.tiles.halo()});
-    std::vector<double> numbers;
-    for (const double* x : numbers_of(s)) numbers.push_back(*x);
-    out.add("numbers", numbers);
+    for_each_number(s, [&](const char* name, double x) { out.add(name, std::vector<double>{x}); });
 }
 
 template <int D>
 void read_state(const Hdf5Reader& in, const Model<D>& model, State<D>& s)
 {
     for_each_array(s.particles, [&](const std::string& name, const auto& array) { in.read(name, array); });
-    const std::vector<double> numbers = in.list<double>("numbers");
-    const auto places                 = numbers_of(s);
-    if (numbers.size() != places.size()) throw InputError("its numbers are not those of a state");
-    for (std::size_t k = 0; k < places.size(); ++k) *places[k] = numbers[k];
+    for_each_number(s, [&](const char* name, double& x) { in.read(name, ArrayOf<double>{&x, 1, 1}); });
     std::int32_t halo = 0;
     in.read("layout_halo", ArrayOf<std::int32_t>{&halo, 1, 1});
     TileRecord layout{in.list<std::uint64_t>("layout_tiles"), in.list<std::int32_t>("layout_ends"),
@@ -209,16 +217,6 @@ void read_state(const Hdf5Reader& in, const Model<D>& model, State<D>& s)
 }
 
 }  // namespace
-
-std::optional<std::int64_t> step_of_checkpoint(const std::string& name)
-{
-    if (!name.starts_with(kBefore) || !name.ends_with(kAfter)) return {};
-    const char *first = name.data() + kBefore.size(), *last = name.data() + name.size() - kAfter.size();
-    std::int64_t step       = 0;
-    const auto [end, error] = std::from_chars(first, last, step);
-    if (error != std::errc() || end != last || first == last) return {};
-    return step;
-}
 
 template <int D>
 Checkpoints<D>::Checkpoints(const CaseInput& input, const Model<D>& model)
@@ -247,60 +245,52 @@ std::vector<std::filesystem::path> Checkpoints<D>::files() const
 }
 
 template <int D>
-void Checkpoints<D>::write(State<D>& s, const Written& written)
+void Checkpoints<D>::write(State<D>& s, Written written)
 {
     if (last_step_ == s.n) return;
-    PartName name(directory_ / fmt::format("{}{:09}{}", kBefore, s.n, kAfter));
+    PartName file(directory_ / checkpoint_file(s.n));
     {
-        Hdf5Writer out(name.part(), kHead);
+        Hdf5Writer out(file.part(), kHead);
         out.add_text("case", identity_);
         add_state(out, s);
-        out.add("written_frames", written.frames);
-        out.add("written_grid_frames", written.grid_frames);
-        out.add("written_table_sizes", written.table_sizes);
-        out.add("written_probe_particles", written.probe_particles);
-        out.add("written_next_frame", std::vector<double>{written.next_frame});
-        out.add("watched", written.watched);
-        out.add("steps", std::vector<std::int64_t>{s.n, written.row_step, written.frame_step});  // of the state, a row, a frame
+        for_each_list(written, [&](const char* name, const auto& list) { out.add(name, list); });
+        for_each_step(written, [&](const char* name, std::int64_t step) { out.add(name, std::vector<std::int64_t>{step}); });
         out.close();
     }
-    seal(name.part());
-    name.commit();
-    last_            = Clock::now();
-    last_step_       = s.n;
-    const auto there = files();
-    const auto keep  = static_cast<std::size_t>(input_.checkpoint.keep);
+    seal(file.part());
+    file.commit();
+    last_      = Clock::now();
+    last_step_ = s.n;
+    int kept   = 0;
     std::error_code none;
-    for (std::size_t k = keep; k < there.size(); ++k) std::filesystem::remove(there[k], none);
+    for (const auto& there : files())
+        if (*step_of_checkpoint(there.filename().string()) <= s.n && ++kept > input_.checkpoint.keep)
+            std::filesystem::remove(there, none);
 }
 
 template <int D>
 Written Checkpoints<D>::read_file(const std::filesystem::path& file, State<D>& s) const
 {
-    require_whole(file);
+    const std::string commit = require_whole(file);
     const Hdf5Reader in(file);
     const std::string identity = in.text("case");
     if (identity != identity_) throw InputError(fmt::format("it is of another case: {}", difference(identity, identity_)));
-    read_state(in, model_, s);
     Written w;
-    w.frames          = in.list<double>("written_frames");
-    w.grid_frames     = in.list<std::int32_t>("written_grid_frames");
-    w.table_sizes     = in.list<std::uint64_t>("written_table_sizes");
-    w.probe_particles = in.list<std::int32_t>("written_probe_particles");
-    w.watched         = in.list<double>("watched");
-    in.read("written_next_frame", ArrayOf<double>{&w.next_frame, 1, 1});
-    std::array<std::int64_t, 3> steps{};
-    in.read("steps", ArrayOf<std::int64_t>{steps.data(), steps.size(), 1});
-    s.n          = static_cast<long>(steps[0]);
-    w.step       = steps[0];
-    w.row_step   = steps[1];
-    w.frame_step = steps[2];
+    for_each_list(w, [&]<class T>(const char* name, std::vector<T>& list) { list = in.list<T>(name); });
+    for_each_step(w, [&](const char* name, std::int64_t& step) { in.read(name, ArrayOf<std::int64_t>{&step, 1, 1}); });
+    if (has_results(directory_)) require_files(input_, w);
+    read_state(in, model_, s);
+    s.n = static_cast<long>(w.step);
+    if (commit != ORDO_COMMIT)
+        say("ordo: warning: {} was written by commit {}, and this is {}: numbers may differ in their last digits\n",
+            file.string(), commit, ORDO_COMMIT);
     return w;
 }
 
 template <int D>
 Written Checkpoints<D>::read(const std::string& which, State<D>& s) const
 {
+    if (!has_hdf5()) throw InputError("--restart: " + std::string(kNoHdf5));
     if (which != "latest") {
         try {
             return read_file(which, s);

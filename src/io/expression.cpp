@@ -59,6 +59,7 @@ class ParsedField {
   public:
     explicit ParsedField(const std::string& text) : text_(text) { make(); }
     ParsedField(const ParsedField& o) : text_(o.text_) { make(); }
+    ParsedField(ParsedField&&) = default;
 
     double operator()(const FieldPoint& at) const { return (*evaluators_[static_cast<std::size_t>(thread_index())])(at); }
 

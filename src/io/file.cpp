@@ -4,8 +4,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 
 namespace ordo::io {
 
@@ -64,14 +66,38 @@ void AtomicFile::commit()
     name_.commit();
 }
 
-LineFile::LineFile(std::filesystem::path path, std::string_view header) : path_(std::move(path)), size_(header.size() + 1)
+std::uint64_t checksum(std::string_view bytes, std::uint64_t before)
 {
-    AtomicFile file(path_);
-    file.write(fmt::format("{}\n", header));
-    file.commit();
+    for (const char c : bytes) before = (before ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+    return before;
 }
 
-LineFile::LineFile(std::filesystem::path path, std::uintmax_t bytes_kept) : path_(std::move(path)), size_(bytes_kept)
+std::optional<std::uint64_t> checksum_of(const std::filesystem::path& path, std::uintmax_t bytes, std::uintmax_t first)
+{
+    std::ifstream file(path, std::ios::binary);
+    file.seekg(static_cast<std::streamoff>(first));
+    std::string part(1 << 16, '\0');
+    std::uint64_t sum = kNoBytes;
+    for (std::uintmax_t left = bytes; left > 0; left -= part.size()) {
+        part.resize(std::min<std::uintmax_t>(left, part.size()));
+        if (!file.read(part.data(), static_cast<std::streamsize>(part.size()))) return {};
+        sum = checksum(part, sum);
+    }
+    return sum;
+}
+
+LineFile::LineFile(std::filesystem::path path, std::string_view header) : path_(std::move(path))
+{
+    add(header);
+    AtomicFile file(path_);
+    file.write(pending_);
+    file.commit();
+    size_ = pending_.size();
+    pending_.clear();
+}
+
+LineFile::LineFile(std::filesystem::path path, std::uintmax_t bytes_kept, std::uint64_t sum)
+    : path_(std::move(path)), size_(bytes_kept), sum_(sum)
 {
     AtomicFile(path_, bytes_kept).commit();
 }
@@ -80,6 +106,7 @@ void LineFile::add(std::string_view line)
 {
     pending_ += line;
     pending_ += '\n';
+    sum_ = checksum("\n", checksum(line, sum_));
 }
 
 void LineFile::flush(When when)

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -53,6 +54,12 @@ class AtomicFile {
     std::unique_ptr<std::FILE, Close> file_;
 };
 
+/// A checksum that grows with the bytes (FNV-1a, 64 bits), from that of no bytes on.
+inline constexpr std::uint64_t kNoBytes = 0xcbf29ce484222325u;
+std::uint64_t checksum(std::string_view bytes, std::uint64_t before = kNoBytes);
+/// Of so many bytes of a file from the place `first` on; nothing where it has not so many.
+std::optional<std::uint64_t> checksum_of(const std::filesystem::path& file, std::uintmax_t bytes, std::uintmax_t first = 0);
+
 /// A text file that grows by lines. It is replaced as a whole each time: a process killed in the middle of an appending
 /// write would leave half a line (seen at page boundaries).
 class LineFile {
@@ -60,11 +67,12 @@ class LineFile {
     LineFile() = default;
     /// Starts the file with a header line.
     LineFile(std::filesystem::path path, std::string_view header);
-    /// Goes on behind the first bytes of the file there is; what follows them is lost.
-    LineFile(std::filesystem::path path, std::uintmax_t bytes_kept);
+    /// Goes on behind the first bytes of the file there is, whose checksum is `sum`; what follows them is lost.
+    LineFile(std::filesystem::path path, std::uintmax_t bytes_kept, std::uint64_t sum);
 
-    std::uintmax_t size() const { return size_ + pending_.size(); }  ///< bytes, those not written yet too
-    const std::filesystem::path& path() const { return path_; }
+    /// Bytes and their checksum, those not written yet too.
+    std::uintmax_t size() const { return size_ + pending_.size(); }
+    std::uint64_t sum() const { return sum_; }
 
     void add(std::string_view line);
     /// Writes the lines added so far; a large file waits until a second has passed since the last time.
@@ -76,6 +84,7 @@ class LineFile {
     std::filesystem::path path_;
     std::string pending_;
     std::uintmax_t size_    = 0;
+    std::uint64_t sum_      = kNoBytes;
     Clock::time_point last_ = Clock::now();
 };
 

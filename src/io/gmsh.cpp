@@ -3,15 +3,22 @@
 #include "io/schema.hpp"
 
 #if defined(ORDO_GMSH)
-#include "base/parallel.hpp"
+#include "base/error.hpp"
 
 #include <dlfcn.h>
+#include <fcntl.h>
 #include <gmshc.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
-#include <clocale>
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <memory>
+#include <type_traits>
 #endif
 
 namespace ordo::io {
@@ -47,7 +54,6 @@ struct Functions {
     void* handle = library();
 #define ORDO_GMSH_FUNCTION(name) decltype(gmsh##name)* name = function_of<decltype(gmsh##name)>(handle, "gmsh" #name);
     ORDO_GMSH_FUNCTION(Initialize)
-    ORDO_GMSH_FUNCTION(Finalize)
     ORDO_GMSH_FUNCTION(Free)
     ORDO_GMSH_FUNCTION(OptionSetNumber)
     ORDO_GMSH_FUNCTION(LoggerGetLastError)
@@ -62,21 +68,14 @@ struct Functions {
 #undef ORDO_GMSH_FUNCTION
 };
 
-/// Gmsh between its start and its end. It sets the locale and the number of OpenMP's threads (seen in 4.8.4), which get
-/// their values back; it neither reads configuration files nor prints.
+/// Gmsh from its start on; it neither reads configuration files nor prints. It sets the locale and the number of OpenMP's
+/// threads (seen in 4.8.4), and is not ended: the process does not outlive it.
 class Session {
   public:
-    explicit Session(std::string file) : file_(std::move(file)), locale_(std::setlocale(LC_ALL, nullptr))
+    Session(const Functions& functions, std::string file) : f(functions), file_(std::move(file))
     {
         initialize(f.Initialize);
         call(f.OptionSetNumber, "General.Terminal", 0.0);
-    }
-    ~Session()
-    {
-        int error = 0;
-        f.Finalize(&error);
-        std::setlocale(LC_ALL, locale_.c_str());
-        set_thread_count(threads_);
     }
     Session(const Session&) = delete;
 
@@ -115,7 +114,7 @@ class Session {
         return take(data, size);
     }
 
-    Functions f;
+    const Functions& f;
 
   private:
     /// Without configuration files; from 4.9 on there is an argument for its window too.
@@ -128,8 +127,7 @@ class Session {
             call(start, 0, nullptr, 0, 0);
     }
 
-    std::string file_, locale_;
-    int threads_ = thread_count();
+    std::string file_;
 };
 
 std::vector<GmshMesh::Group> groups_of(const Session& gmsh)
@@ -180,10 +178,134 @@ void add_blocks(const Session& gmsh, int dim, int entity, std::vector<GmshMesh::
         gmsh.f.Free(list);
 }
 
+GmshMesh mesh_of(const Session& gmsh, std::FILE* file)
+{
+    // By its descriptor: beside part.msh Gmsh would run part.msh.opt, whatever commands are in it.
+    gmsh.call(gmsh.f.Merge, fmt::format("/dev/fd/{}", fileno(file)).c_str());
+
+    GmshMesh mesh;
+    mesh.groups        = groups_of(gmsh);
+    std::size_t *nodes = nullptr, count = 0, x_count = 0, local_count = 0;
+    double *x = nullptr, *local = nullptr;
+    gmsh.call(gmsh.f.ModelMeshGetNodes, &nodes, &count, &x, &x_count, &local, &local_count, -1, -1, 0, 0);
+    mesh.nodes = gmsh.take(nodes, count);
+    mesh.x     = gmsh.take(x, x_count);
+    gmsh.take(local, local_count);
+    const std::vector<int> entities =
+        gmsh.integers([&](int** list, std::size_t* size) { gmsh.call(gmsh.f.ModelGetEntities, list, size, -1); });
+    for (std::size_t k = 0; k + 1 < entities.size(); k += 2) add_blocks(gmsh, entities[k], entities[k + 1], mesh.blocks);
+    return mesh;
+}
+
 struct Close {
     void operator()(std::FILE* f) const { std::fclose(f); }
 };
 using File = std::unique_ptr<std::FILE, Close>;
+
+/// One end of a pipe: values are written to it or read from it by one and the same list of them.
+class PipeEnd {
+  public:
+    PipeEnd(int descriptor, bool is_writer) : file_(fdopen(descriptor, is_writer ? "wb" : "rb")), is_writer_(is_writer) {}
+
+    template <class T>
+    void pass(T& number)
+    {
+        static_assert(std::is_arithmetic_v<T>);
+        pass(&number, 1);
+    }
+    void pass(std::string& text) { pass_list(text); }
+    template <class T>
+    void pass(std::vector<T>& list)
+    {
+        pass_list(list);
+    }
+    void pass(GmshMesh::Block& block)
+    {
+        for (int* number : {&block.dim, &block.entity, &block.type, &block.nodes_per_element}) pass(*number);
+        pass(block.name);
+        pass(block.elements);
+        pass(block.nodes);
+    }
+    void pass(GmshMesh::Group& group)
+    {
+        pass(group.dim);
+        pass(group.name);
+        pass(group.entities);
+    }
+    void pass(GmshMesh& mesh)
+    {
+        pass(mesh.nodes);
+        pass(mesh.x);
+        pass(mesh.blocks);
+        pass(mesh.groups);
+    }
+    /// Whether all has come through.
+    bool finish() { return std::fflush(file_.get()) == 0 && is_whole_; }
+
+  private:
+    template <class T>
+    void pass(T* values, std::size_t count)
+    {
+        const std::size_t done = !is_whole_   ? 0
+                                 : is_writer_ ? std::fwrite(values, sizeof(T), count, file_.get())
+                                              : std::fread(values, sizeof(T), count, file_.get());
+        is_whole_              = done == count;
+    }
+    /// A list grows as it comes: its length alone is not to be believed.
+    template <class List>
+    void pass_list(List& list)
+    {
+        using T             = typename List::value_type;
+        std::uint64_t count = list.size();
+        pass(count);
+        for (std::uint64_t k = 0; k < count && is_whole_;) {
+            const std::uint64_t n = std::min<std::uint64_t>(count - k, 1 << 16);
+            if (!is_writer_) list.resize(k + n);
+            if constexpr (std::is_arithmetic_v<T>)
+                pass(list.data() + k, n);
+            else
+                for (std::uint64_t i = k; i < k + n; ++i) pass(list[i]);
+            k += n;
+        }
+    }
+
+    File file_;
+    bool is_writer_, is_whole_ = true;
+};
+
+/// What becomes of the process that reads a mesh. A crash is one of the default kind, without a core file or a word of the C
+/// library; reading has a limit of processor time, far above what a sound file takes (0.1 s and 50 MB/s).
+void prepare_to_crash(std::FILE* file)
+{
+    for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU}) std::signal(signal, SIG_DFL);
+    if (const int nowhere = ::open("/dev/null", O_WRONLY); nowhere >= 0)
+        for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) dup2(nowhere, stream);
+    std::fseek(file, 0, SEEK_END);
+    const rlim_t seconds = 10 + static_cast<rlim_t>(std::max(std::ftell(file), 0L)) / 1'000'000;
+    std::rewind(file);
+    const rlimit no_core{0, 0}, time{seconds, seconds};
+    setrlimit(RLIMIT_CORE, &no_core);
+    setrlimit(RLIMIT_CPU, &time);
+}
+
+/// Reads the file and gives the mesh, or the error in its place, to `out`; the end of the process.
+[[noreturn]] void read_for(PipeEnd out, const Functions& functions, const std::string& name, std::FILE* file)
+{
+    prepare_to_crash(file);
+    std::string error;
+    GmshMesh mesh;
+    try {
+        mesh = mesh_of(Session(functions, name), file);
+    } catch (const InputError& e) {
+        error = e.what();
+    } catch (const std::exception& e) {
+        error = fmt::format("{}: mesh: Gmsh cannot read it: {}; save it again as format 4.1", name, e.what());
+    }
+    out.pass(error);
+    out.pass(mesh);
+    out.finish();
+    _exit(0);
+}
 
 /// The file, when it starts as a mesh of a known format. Gmsh would take anything else as a script.
 File open(const std::string& name)
@@ -202,6 +324,16 @@ File open(const std::string& name)
     return file;
 }
 
+/// Whether there are as many coordinates and corners as nodes and elements.
+bool is_consistent(const GmshMesh& mesh)
+{
+    return mesh.x.size() == 3 * mesh.nodes.size() &&
+           std::all_of(mesh.blocks.begin(), mesh.blocks.end(), [](const GmshMesh::Block& b) {
+               return b.nodes_per_element >= 0 &&
+                      b.nodes.size() == b.elements.size() * static_cast<std::size_t>(b.nodes_per_element);
+           });
+}
+
 }  // namespace
 
 bool has_gmsh() { return true; }
@@ -210,21 +342,29 @@ GmshMesh load_gmsh(const std::filesystem::path& path)
 {
     const std::string name = path.string();
     const File file        = open(name);
-    const Session gmsh(name);
-    // By its descriptor: beside part.msh Gmsh would run part.msh.opt, whatever commands are in it.
-    gmsh.call(gmsh.f.Merge, fmt::format("/dev/fd/{}", fileno(file.get())).c_str());
-
+    const Functions functions;
+    int ends[2];
+    if (pipe(ends) != 0) fail({name}, "mesh", fmt::format("no pipe to read it through: {}", std::strerror(errno)));
+    const pid_t reader = fork();
+    if (reader == 0) {
+        close(ends[0]);
+        read_for(PipeEnd(ends[1], true), functions, name, file.get());
+    }
+    close(ends[1]);
+    PipeEnd in(ends[0], false);
+    if (reader < 0) fail({name}, "mesh", fmt::format("no process to read it: {}", std::strerror(errno)));
+    std::string error;
     GmshMesh mesh;
-    mesh.groups        = groups_of(gmsh);
-    std::size_t *nodes = nullptr, count = 0, x_count = 0, local_count = 0;
-    double *x = nullptr, *local = nullptr;
-    gmsh.call(gmsh.f.ModelMeshGetNodes, &nodes, &count, &x, &x_count, &local, &local_count, -1, -1, 0, 0);
-    mesh.nodes = gmsh.take(nodes, count);
-    mesh.x     = gmsh.take(x, x_count);
-    gmsh.take(local, local_count);
-    const std::vector<int> entities =
-        gmsh.integers([&](int** list, std::size_t* size) { gmsh.call(gmsh.f.ModelGetEntities, list, size, -1); });
-    for (std::size_t k = 0; k + 1 < entities.size(); k += 2) add_blocks(gmsh, entities[k], entities[k + 1], mesh.blocks);
+    in.pass(error);
+    in.pass(mesh);
+    const bool is_whole = in.finish();
+    int status          = 0;
+    while (waitpid(reader, &status, 0) < 0 && errno == EINTR) {}
+    if (!error.empty()) throw InputError(error);
+    if (!is_whole || !is_consistent(mesh))
+        fail({name}, "mesh",
+             fmt::format("Gmsh {} while it read it: the file is damaged; save it again as format 4.1",
+                         WIFSIGNALED(status) ? fmt::format("crashed (signal {})", WTERMSIG(status)) : "lost its way"));
     return mesh;
 }
 

@@ -30,8 +30,8 @@ struct GmshMesh {
 /// Whether this build can read meshes.
 bool has_gmsh();
 
-/// Reads a file of format 2.2 or 4.1; throws InputError where there is no such file or library. Not for several threads
-/// at once, nor for a process that has Gmsh open itself. Damaged binary files can crash Gmsh 4.8.4 (1 of 360 random damages).
+/// Reads a file of format 2.2 or 4.1; throws InputError where there is no such file or library, and where Gmsh cannot read
+/// it. Gmsh runs in a process of its own, a fork of this one: damaged files crash it (4.8.4, tests/fuzz/mesh_file.cpp).
 GmshMesh load_gmsh(const std::filesystem::path& file);
 
 }  // namespace ordo::io

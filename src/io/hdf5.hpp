@@ -5,12 +5,15 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace ordo::io {
 
-/// Whether ordo was built with HDF5.
+/// Whether ordo was built with HDF5, and what to do where it was not.
 bool has_hdf5();
+inline constexpr std::string_view kNoHdf5 =
+    "needs HDF5, and ordo was built without it; install libhdf5-dev, then configure and build again";
 
 /// An array of `rows` x `columns` numbers. T is double, int32_t, int64_t or uint64_t; const for arrays to be written.
 template <class T>
@@ -37,7 +40,7 @@ class Hdf5Writer {
     void close();
 
   private:
-    void add(const std::string& name, std::int64_t type, std::int64_t space, const void* data);
+    bool add(const std::string& name, std::int64_t type, std::int64_t space, const void* data);
     [[noreturn]] void fail() const;
 
     std::filesystem::path path_;

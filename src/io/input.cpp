@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <set>
 #include <sstream>
 
@@ -131,7 +132,7 @@ const Section<BodyInput>& body_section()
                      {&BodyInput::inner_radius, {.name = "inner_radius", .what = "inner radius of a ring or hollow cylinder", .unit = "m", .min = 0}},
                      {&BodyInput::height, {.name = "height", .what = "length of a cylinder along its axis", .unit = "m", .min = 0, .open_min = true}},
                      {&BodyInput::axis, {.name = "axis", .what = "axis of a cylinder, or of a mesh whose faces inner and outer carry tractions", .default_text = "\"z\"", .choices = {"x", "y", "z"}}},
-                     {&BodyInput::angle, {.name = "angle", .what = "first and last angle of a part of a ring or cylinder, from the first of the two axes across to the second", .unit = "degree", .default_text = "[0, 360]"}},
+                     {&BodyInput::angle, {.name = "angle", .what = "first and last angle of a part of a ring or cylinder, from the first of the two axes across to the second", .unit = "degree", .default_text = "[0, 360]", .min = -360, .max = 720}},
                      {&BodyInput::lower, {.name = "lower", .what = "smallest coordinates of a box", .unit = "m", .per_axis = true}},
                      {&BodyInput::upper, {.name = "upper", .what = "largest coordinates of a box", .unit = "m", .per_axis = true}},
                      {&BodyInput::cells, {.name = "cells", .what = "particle cells: sub-cells of the grid, or polar cells with exact volumes (ring, hollow cylinder)", .default_text = "\"cartesian\"", .choices = {"cartesian", "polar"}}},
@@ -217,6 +218,42 @@ const Section<ProbeInput>& probe_section()
 // clang-format on
 // ---- reading ---------------------------------------------------------------------------------------------------------
 
+/// Parts of a dotted key; those of the schema have four at most, such as body.0.velocity.1 of --set.
+constexpr std::size_t kMostParts = 16;
+
+/// The place behind the string of TOML that starts with a quote at `k`.
+std::size_t end_of_string(std::string_view text, std::size_t k)
+{
+    const std::string quote(text.substr(k, 3) == std::string(3, text[k]) ? 3 : 1, text[k]);
+    for (k += quote.size(); k < text.size(); ++k) {
+        if (quote[0] == '"' && text[k] == '\\')
+            ++k;
+        else if (quote.size() == 1 && text[k] == '\n')
+            return k;
+        else if (text.substr(k, quote.size()) == quote)
+            return text.find_first_not_of(quote[0], k + quote.size());  // up to two more quotes may end a text of lines
+    }
+    return text.size();
+}
+
+/// Throws where a key has too many parts: toml++ 3.3 deletes the tables of a.a.a.. by recursion, which can end the stack.
+void require_short_keys(const std::filesystem::path& file, std::string_view text)
+{
+    std::size_t parts = 1;
+    for (std::size_t k = 0; k < text.size(); ++k) {
+        if (text[k] == '"' || text[k] == '\'') k = end_of_string(text, k);
+        if (k < text.size() && text[k] == '#') k = text.find('\n', k);
+        if (k >= text.size()) return;
+        if (text[k] == '.') ++parts;
+        if (std::string_view(",=[]{}\n").find(text[k]) != std::string_view::npos) parts = 1;
+        if (parts > kMostParts) {
+            const auto line = std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(k), '\n') + 1;
+            fail({file.string(), static_cast<int>(line), 1}, "key",
+                 fmt::format("has more than {} parts; no key has so many", kMostParts));
+        }
+    }
+}
+
 toml::table parse_file(const std::filesystem::path& file)
 {
     std::error_code none;
@@ -227,32 +264,41 @@ toml::table parse_file(const std::filesystem::path& file)
         throw InputError(file.string() + ": cannot be opened; give the path of a case file, such as cases/two-disks/case.toml");
     std::stringstream text;
     text << in.rdbuf();
+    require_short_keys(file, text.str());
     try {
         return toml::parse(text.str(), file.string());
     } catch (const toml::parse_error& e) {
         const auto& at = e.source().begin;
-        throw InputError(fmt::format("{}:{}:{}: not valid TOML: {}", file.string(), at.line, at.column, e.description()));
+        throw InputError(
+            one_line(fmt::format("{}:{}:{}: not valid TOML: {}", file.string(), at.line, at.column, e.description())));
     }
 }
 
+[[noreturn]] void fail_override(const std::string& text, std::string_view message)
+{
+    throw InputError(one_line(fmt::format("--set {}: {}", text, message)));
+}
+
 /// The value of `--set key=value`: TOML, or a bare word taken as a string.
-toml::table parse_value(const std::string& value)
+toml::table parse_value(const std::string& text, const std::string& value)
 {
     try {
         return toml::parse("value = " + value);
-    } catch (const toml::parse_error&) {
+    } catch (const toml::parse_error&) {}
+    try {
         return toml::parse("value = " + to_toml(value));
+    } catch (const toml::parse_error& e) {
+        fail_override(text, fmt::format("is neither TOML nor text: {}", e.description()));
     }
 }
 
 void apply_override(toml::table& root, const std::string& text)
 {
     const std::size_t equals = text.find('=');
-    if (equals == std::string::npos || equals == 0)
-        throw InputError("--set " + text + ": must be key=value, such as --set grid.spacing=0.05");
+    if (equals == std::string::npos || equals == 0) fail_override(text, "must be key=value, such as --set grid.spacing=0.05");
     const std::string key = text.substr(0, equals);
     // toml::node copies lose their source: values set here are recognised as the command line's.
-    const toml::table parsed = parse_value(text.substr(equals + 1));
+    const toml::table parsed = parse_value(text, text.substr(equals + 1));
     // The two exclude each other; a sweep over one must not have to remove the other from the file.
     if (key == "time.cfl" || key == "time.dt")
         if (toml::node* time = root.get("time"); time && time->is_table())
@@ -261,6 +307,7 @@ void apply_override(toml::table& root, const std::string& text)
     std::stringstream parts(key);
     std::vector<std::string> path;
     for (std::string part; std::getline(parts, part, '.');) path.push_back(part);
+    if (path.size() > kMostParts) fail_override(text, fmt::format("has a key of {} parts; no key has so many", path.size()));
     for (std::size_t k = 0; k < path.size(); ++k) {
         const bool last = k + 1 == path.size();
         if (toml::table* table = node->as_table()) {
@@ -274,15 +321,16 @@ void apply_override(toml::table& root, const std::string& text)
             const bool digits =
                 !path[k].empty() && path[k].size() < 9 && path[k].find_first_not_of("0123456789") == std::string::npos;
             const std::size_t index = digits ? std::stoul(path[k]) : list->size();
+            if (list->empty()) fail_override(text, fmt::format("there is nothing in the list that \"{}\" would be of", path[k]));
             if (index >= list->size())
-                throw InputError(fmt::format("--set {}: \"{}\" must be a number from 0 to {}", text, path[k], list->size() - 1));
+                fail_override(text, fmt::format("\"{}\" must be a number from 0 to {}", path[k], list->size() - 1));
             if (last) {
                 list->replace(list->cbegin() + static_cast<std::ptrdiff_t>(index), *parsed.get("value"));
                 return;
             }
             node = list->get(index);
         } else {
-            throw InputError(fmt::format("--set {}: there is no table to hold \"{}\"", text, path[k]));
+            fail_override(text, fmt::format("there is no table to hold \"{}\"", path[k]));
         }
     }
 }
@@ -367,6 +415,7 @@ Material resolve_material(const MaterialInput& in, int dim)
     for (const ModelInfo& i : material_models())
         if (i.name == in.model) m.model = i.model;
     m.density = in.density;
+    if (in.name.empty()) in.fail("name", "must not be empty; bodies name their material by it");
 
     const std::pair<const char*, bool> given[] = {{"young", in.young.has_value()},   {"poisson", in.poisson.has_value()},
                                                   {"lambda", in.lambda.has_value()}, {"mu", in.mu.has_value()},
@@ -565,7 +614,7 @@ void validate(CaseInput& c, const std::filesystem::path& file)
     for (BoundaryInput& b : c.boundaries) validate_boundary(b, dim, c.grid);
     for (TractionInput& t : c.tractions) validate_traction(t, dim, c.bodies);
 
-    if (!c.output.interval) c.output.interval = c.time.end / 50;
+    if (!c.output.interval) c.output.interval = std::max(c.time.end / 50, std::numeric_limits<double>::min());
     if (c.output.directory.empty()) {
         const std::filesystem::path absolute = std::filesystem::absolute(file).lexically_normal();
         const std::string stem               = absolute.stem().string();
@@ -591,9 +640,7 @@ void validate(CaseInput& c, const std::filesystem::path& file)
         c.watch_spec.is_fatal[k] = std::count(c.watch.fatal.begin(), c.watch.fatal.end(), WatchSpec::names[k]) > 0;
     c.watch_spec.energy_growth = c.watch.energy_growth;
     for (const char* key : {"steps", "wall_minutes"})
-        if (c.checkpoint.has(key) && !has_hdf5())
-            c.checkpoint.fail(key,
-                              "needs HDF5, and ordo was built without it; install libhdf5-dev, then configure and build again");
+        if (c.checkpoint.has(key) && !has_hdf5()) c.checkpoint.fail(key, kNoHdf5);
     if (c.output.grid && c.spec.enrichment == Enrichment::all)
         c.output.fail("grid", "finite elements leave nothing on the grid; write particles only");
 }

@@ -6,12 +6,17 @@
 
 namespace ordo::io {
 
+std::string one_line(std::string_view text)
+{
+    std::string line;
+    for (char c : text)
+        line += static_cast<unsigned char>(c) < 0x20 ? fmt::format("\\x{:02x}", static_cast<unsigned>(c)) : std::string(1, c);
+    return line;
+}
+
 void fail(const Place& place, std::string_view key, std::string_view message)
 {
-    std::string text;  // one line, whatever the user put into names
-    for (char c : fmt::format("{}: {}: {}", place.text(), key, message))
-        text += static_cast<unsigned char>(c) < 0x20 ? fmt::format("\\x{:02x}", static_cast<unsigned>(c)) : std::string(1, c);
-    throw InputError(text);
+    throw InputError(one_line(fmt::format("{}: {}: {}", place.text(), key, message)));
 }
 
 namespace {

@@ -27,6 +27,9 @@ struct Place {
     std::string text() const { return line > 0 ? fmt::format("{}:{}:{}", file, line, column) : file; }
 };
 
+/// The text with control characters as \xNN: an error is one line, whatever the user put into names.
+std::string one_line(std::string_view text);
+
 /// Throws InputError "file:line:column: key: message".
 [[noreturn]] void fail(const Place& place, std::string_view key, std::string_view message);
 

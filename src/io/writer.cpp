@@ -1,7 +1,6 @@
 #include "io/writer.hpp"
 
 #include "io/build.hpp"
-#include "io/checkpoint.hpp"
 #include "method/diagnostics.hpp"
 #include "ordo_version.hpp"
 
@@ -11,6 +10,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <functional>
+#include <set>
 
 namespace ordo::io {
 
@@ -26,13 +27,12 @@ void remove_files(const std::filesystem::path& directory, IsKept&& is_kept)
         for (const auto& [start, end] : {std::pair{"particles_", ".vtu"},
                                          {"grid_", ".vti"},
                                          {"probe_", ".csv"},
-                                         {"checkpoint_", ".h5"},
                                          {"particles.pvd", ""},
                                          {"grid.pvd", ""},
                                          {"history.csv", ""},
                                          {"", ".part"}})
             if (name.starts_with(start) && name.ends_with(end)) return true;
-        return false;
+        return step_of_checkpoint(name).has_value();
     };
     std::vector<std::filesystem::path> old;
     for (const auto& entry : std::filesystem::directory_iterator(directory)) {
@@ -42,11 +42,6 @@ void remove_files(const std::filesystem::path& directory, IsKept&& is_kept)
     // The lists of frames first: a run killed here must not leave a list of files that are gone.
     std::stable_partition(old.begin(), old.end(), [](const auto& path) { return path.extension() == ".pvd"; });
     for (const auto& path : old) std::filesystem::remove(path);
-}
-
-std::string frame_file(std::string_view what, std::size_t number)
-{
-    return fmt::format("{}_{:06}.{}", what, number, what == "grid" ? "vti" : "vtu");
 }
 
 template <int D>
@@ -97,15 +92,18 @@ Writer<D>::Writer(const CaseInput& input, const Model<D>& model, const Particles
         for (int a = 0; a < D && !p.particle.empty(); ++a) at[a] = p.particle[a];
         written_.probe_particles.push_back(p.particle.empty() ? -1 : nearest_particle(particles, at));
     }
-    written_.next_frame = *input.output.interval;
     start_files();
 }
 
 template <int D>
 Writer<D>::Writer(const CaseInput& input, const Model<D>& model, const Written& written)
-    : input_(input), model_(model), directory_(input.output.directory), written_(written)
+    : input_(input),
+      model_(model),
+      directory_(input.output.directory),
+      written_(written),
+      last_frame_(written.frames.empty() ? 0.0 : written.frames.back())
 {
-    if (std::filesystem::exists(directory_ / "case.toml")) {  // require_writable has seen that it is ours
+    if (has_results(directory_)) {  // require_writable has seen that they are ours
         go_on_with_files();
     } else {
         written_.frames.clear();
@@ -132,8 +130,7 @@ void Writer<D>::start_files()
     std::error_code failure;
     std::filesystem::create_directories(directory_, failure);
     if (failure) throw OutputError(fmt::format("{}: cannot be made: {}", directory_.string(), failure.message()));
-    if (std::filesystem::exists(directory_ / "case.toml")) remove_files(directory_, [](const std::string&) { return false; });
-    write_resolved_case();
+    if (has_results(directory_)) remove_files(directory_, [](const std::string&) { return false; });
     history_ =
         LineFile(directory_ / "history.csv",
                  "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy,"
@@ -141,17 +138,18 @@ void Writer<D>::start_files()
                  "projection_momentum_z_before,projection_momentum_x_after,projection_momentum_y_after,"
                  "projection_momentum_z_after,dropped_pivots,fallback_nodes");
     make_probes();
-    for (Probe& probe : probes_) {
+    for (std::size_t k = 0; k < probes_.size(); ++k) {
         std::string header = "time";
-        if (probe.particle >= 0) {
+        if (probes_[k].particle >= 0) {
             header += columns<D>("position") + columns<D>("displacement") + columns<D>("velocity");
             for (int a = 0; a < D; ++a)
                 for (int b = a; b < D; ++b) header += fmt::format(",stress_{}{}", "xyz"[a], "xyz"[b]);
         } else {
             header += columns<D>("velocity");
         }
-        probe.file = LineFile(probe.path, header + ",density");
+        probes_[k].file = LineFile(directory_ / probe_file(input_.probes[k]), header + ",density");
     }
+    write_resolved_case();  // last: it says that the others are there
 }
 
 /// Whatever moment a run is killed at here, the lists name files that are there, and it can be restarted again.
@@ -159,34 +157,25 @@ template <int D>
 void Writer<D>::go_on_with_files()
 {
     make_probes();
-    std::vector<std::filesystem::path> tables{directory_ / "history.csv"};
-    for (const Probe& probe : probes_) tables.push_back(probe.path);
-    auto require = [&](const std::filesystem::path& file, std::uintmax_t bytes) {
-        std::error_code failure;
-        const std::uintmax_t there = std::filesystem::file_size(file, failure);
-        if (failure || there < bytes)
-            throw InputError(fmt::format("--restart: {} is {}: these are not the files of the run that wrote the checkpoint, or "
-                                         "not all of them; give an empty directory with --output",
-                                         file.string(), failure ? "missing" : "shorter than it was"));
-    };
-    std::vector<std::string> kept{"particles.pvd"};
+    std::vector<std::string> tables = table_files(input_), kept = tables;
+    kept.emplace_back("particles.pvd");
     if (!written_.grid_frames.empty()) kept.emplace_back("grid.pvd");
-    auto keep = [&](const std::string& name, std::uintmax_t bytes) {
-        require(directory_ / name, bytes);
-        kept.push_back(name);
-    };
-    for (std::size_t k = 0; k < tables.size(); ++k) keep(tables[k].filename().string(), written_.table_sizes.at(k));
-    for (std::size_t k = 0; k < written_.frames.size(); ++k) keep(frame_file("particles", k), 1);
-    for (const int k : written_.grid_frames) keep(frame_file("grid", k), 1);
+    for (std::size_t k = 0; k < written_.frames.size(); ++k) kept.push_back(frame_file("particles", k));
+    for (const int k : written_.grid_frames) kept.push_back(frame_file("grid", k));
 
+    std::set<std::int64_t, std::greater<>> later;  // the last first: each needs the files that go after it
+    for (const auto& entry : std::filesystem::directory_iterator(directory_))
+        if (const auto step = step_of_checkpoint(entry.path().filename().string()); step && *step > written_.step)
+            later.insert(*step);
+    for (const std::int64_t step : later) std::filesystem::remove(directory_ / checkpoint_file(step));
     write_lists();
     remove_files(directory_, [&](const std::string& name) {
-        if (const auto step = step_of_checkpoint(name)) return *step <= written_.step;
-        return std::find(kept.begin(), kept.end(), name) != kept.end();
+        return step_of_checkpoint(name) || std::find(kept.begin(), kept.end(), name) != kept.end();
     });
     write_resolved_case();
-    history_ = LineFile(tables[0], written_.table_sizes[0]);
-    for (std::size_t k = 0; k < probes_.size(); ++k) probes_[k].file = LineFile(tables[k + 1], written_.table_sizes[k + 1]);
+    auto go_on = [&](std::size_t k) { return LineFile(directory_ / tables[k], written_.table_sizes[k], written_.table_sums[k]); };
+    history_   = go_on(0);
+    for (std::size_t k = 0; k < probes_.size(); ++k) probes_[k].file = go_on(k + 1);
 }
 
 template <int D>
@@ -194,7 +183,7 @@ void Writer<D>::make_probes()
 {
     for (std::size_t k = 0; k < input_.probes.size(); ++k) {
         const ProbeInput& p = input_.probes[k];
-        Probe probe{directory_ / ("probe_" + p.name + ".csv"), {}, written_.probe_particles.at(k), {}};
+        Probe probe{{}, written_.probe_particles.at(k), {}};
         for (int a = 0; a < D && !p.point.empty(); ++a) probe.point[a] = p.point[a];
         probes_.push_back(std::move(probe));
     }
@@ -204,11 +193,10 @@ template <int D>
 void Writer<D>::write_if_due(State<D>& s, double dt)
 {
     if (s.n % input_.output.history_interval == 0) row(s);
-    if (s.t < written_.next_frame - 1e-9 * dt) return;
+    const double interval = *input_.output.interval, next = (std::floor(last_frame_ / interval + 1e-9) + 1) * interval;
+    if (s.t < next - 1e-9 * dt) return;
     row(s);
     frame(s);
-    const double interval = *input_.output.interval;
-    written_.next_frame   = (std::floor(s.t / interval + 1e-9) + 1) * interval;
 }
 
 template <int D>
@@ -256,6 +244,7 @@ void Writer<D>::frame(State<D>& s)
     }
     written_.frames.push_back(s.t);
     written_.frame_step = s.n;
+    last_frame_         = s.t;
     write_lists();
     flush(LineFile::When::soon);
 }
@@ -278,7 +267,11 @@ Written Writer<D>::written()
     flush(LineFile::When::now);
     Written w = written_;
     w.table_sizes.assign(1, history_.size());
-    for (const Probe& p : probes_) w.table_sizes.push_back(p.file.size());
+    w.table_sums.assign(1, history_.sum());
+    for (const Probe& p : probes_) {
+        w.table_sizes.push_back(p.file.size());
+        w.table_sums.push_back(p.file.sum());
+    }
     return w;
 }
 

@@ -1,9 +1,9 @@
 // All files of a run: particle and grid frames, history, probes, the resolved case.
 #pragma once
 
-#include "io/checkpoint.hpp"
 #include "io/file.hpp"
 #include "io/input.hpp"
+#include "io/run_files.hpp"
 #include "io/vtk.hpp"
 #include "method/state.hpp"
 
@@ -20,8 +20,8 @@ class Writer {
   public:
     /// Creates the directory, removes the files of an earlier run in it, writes the resolved case and the headers.
     Writer(const CaseInput& input, const Model<D>& model, const Particles<D>& particles);
-    /// Goes on with the files of an interrupted run, cut back to what `written` says of them. Where the directory has none,
-    /// starts them. Throws InputError where they are not the files of that run.
+    /// Goes on with the files of an interrupted run, cut back to what `written` says of them; require_files has found them. Where
+    /// the directory has none, starts them.
     Writer(const CaseInput& input, const Model<D>& model, const Written& written);
 
     /// After each step: the rows and frames that are due.
@@ -40,7 +40,6 @@ class Writer {
 
   private:
     struct Probe {
-        std::filesystem::path path;
         LineFile file;
         int particle = -1;  ///< id, or -1 for a point
         Vec<D> point{};
@@ -59,6 +58,7 @@ class Writer {
     LineFile history_;
     std::vector<Probe> probes_;
     Written written_;
+    double last_frame_ = 0.0;  ///< its time, s
 };
 
 }  // namespace ordo::io

@@ -15,7 +15,7 @@ struct Totals {
     Vec<3> momentum       = {};   ///< kg m/s
     double kinetic_energy = 0.0;  ///< J
     double strain_energy  = 0.0;  ///< J
-    double potential      = 0.0;  ///< of gravity, -m g . x, J
+    double potential      = 0.0;  ///< of gravity, -m g . x, J; on a periodic axis of the way that x went
 
     double total_energy() const { return kinetic_energy + strain_energy; }
 };
@@ -37,6 +37,13 @@ Totals totals(const Model<D>& model, const Particles<D>& p)
         }
     };
     auto energy_of = [&](int i) { return strain_energy(model.materials[p.material[i]], p.F[i], p.sigma[i], p.V0[i], p.V[i]); };
+    auto way       = [&](const Batch& b) {
+        Vec<D, Lanes> x = load(p.x.data(), b);
+        for (int a = 0; a < D; ++a)
+            if (model.periodic[a] && model.gravity[a] != 0.0)
+                x[a] += model.cells[a] * model.h[a] * each_particle(b, [&](int i) { return p.turns[i][a]; });
+        return x;
+    };
     Vec<D, Lanes> gravity;
     for (int a = 0; a < D; ++a) gravity[a] = Lanes(model.gravity[a]);
     const Sums sums = parallel_reduce((p.count + Batch::size - 1) / Batch::size, Sums{},
@@ -48,7 +55,7 @@ Totals totals(const Model<D>& model, const Particles<D>& p)
                                           for (int lane = b.count; lane < Batch::size; ++lane) r.mass[lane] = 0.0;
                                           r.momentum       = r.mass * v;
                                           r.kinetic_energy = 0.5 * r.mass * dot(v, v);
-                                          r.potential      = -r.mass * dot(gravity, load(p.x.data(), b));
+                                          r.potential      = -r.mass * dot(gravity, way(b));
                                           r.strain_energy  = are_alike(p.material.data(), b)
                                                                  ? strain_energy(model.materials[p.material[b.first]],
                                                                                  load(p.F.data(), b), load(p.sigma.data(), b),

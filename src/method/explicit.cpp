@@ -196,8 +196,9 @@ void Explicit<D>::step(State<D>& s, double dt) const
         break;
     }
     if (passes_.move_corners) move_corners(s, nodes, dt);  // cells: x_c, then x_p and V_p
-    s.t_F = scheme == Scheme::usf ? s.t : s.t + dt;
+    const double t_before = s.t;
     advance_time(s, dt);
+    s.t_F     = scheme == Scheme::usf ? t_before : s.t;
     s.t_v     = t_kicked;
     s.dt_prev = dt;
     ++s.n;

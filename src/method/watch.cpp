@@ -25,11 +25,26 @@ template <int D>
 void Watch<D>::start(const State<D>& s)
 {
     const Totals e = totals(model_, s.particles);
-    energies       = {e.total_energy(), e.potential, 0.0};
-    bool is_heavy  = false;
+    energies_      = {e.total_energy(), e.potential, 0.0};
+    require_energy();
+}
+
+template <int D>
+void Watch<D>::resume(const std::vector<double>& energies)
+{
+    if (energies.size() != energies_.size()) throw InputError("the checkpoint has not the energies that a run is watched by");
+    std::copy(energies.begin(), energies.end(), energies_.begin());
+    require_energy();
+}
+
+template <int D>
+void Watch<D>::require_energy() const
+{
+    bool is_heavy = false;
     for (int a = 0; a < D; ++a) is_heavy = is_heavy || model_.gravity[a] != 0.0;
-    if (spec_.energy_growth && !(e.total_energy() > 0) && !is_heavy)
-        throw InputError("watch.energy_growth: the bodies are at rest, so that there is no energy to compare with; remove it");
+    if (spec_.energy_growth && !(energies_[0] > 0) && !is_heavy)
+        throw InputError(
+            "watch.energy_growth: the bodies were at rest at the start, so that there is no energy to compare with; remove it");
 }
 
 template <int D>
@@ -64,7 +79,7 @@ void Watch<D>::after_step(const State<D>& s)
                  s.n, s.t, p.fit.dropped, place_text(p.dropped_at.c, D)));
     if (!spec_.energy_growth) return;
     const Totals e                          = totals(model_, s.particles);
-    auto& [at_start, potential, of_gravity] = energies;
+    auto& [at_start, potential, of_gravity] = energies_;
     of_gravity                              = std::max(of_gravity, std::fabs(e.potential - potential));
     const double growth                     = e.total_energy() - at_start + e.potential - potential;
     if (growth <= *spec_.energy_growth * (at_start + of_gravity)) return;

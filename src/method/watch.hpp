@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace ordo {
 
@@ -31,8 +32,9 @@ class Watch {
         : model_(model), spec_(spec), warn_(std::move(warn))
     {}
 
-    /// Notes the energy to begin with. Throws InputError where there is none to compare with.
+    /// Notes the energy to begin with, or goes on from `energies()`. Throw InputError where there is none to compare with.
     void start(const State<D>& s);
+    void resume(const std::vector<double>& energies);
 
     /// Before a step of a size that the user gave, and after each. Throw NumericalError.
     void before_step(const State<D>& s, double dt);
@@ -41,16 +43,18 @@ class Watch {
     /// How many steps had what is not fatal.
     const std::array<long, WatchSpec::count>& found() const { return found_; }
 
-    /// Energies that a restart must know, J: at the start, that of gravity then, and the largest difference of the latter.
-    std::array<double, 3> energies{};
+    /// What a restart must know, J: the energy at the start, that of gravity then, and the largest difference of the latter.
+    const std::array<double, 3>& energies() const { return energies_; }
 
   private:
+    void require_energy() const;
     void find(WatchSpec::Kind kind, const std::string& message);
     std::string fastest_particle(const State<D>& s) const;
 
     const Model<D>& model_;
     WatchSpec spec_;
     std::function<void(const std::string&)> warn_;
+    std::array<double, 3> energies_{};
     std::array<long, WatchSpec::count> found_{};
 };
 

@@ -114,8 +114,10 @@ class Welder {
 
     Bin bin_of(const Vec<D>& x) const
     {
+        constexpr double last = 4e18;  // farther points share the last bins
         Bin bin{};
-        for (int a = 0; a < D; ++a) bin[a] = static_cast<std::int64_t>(std::floor((x[a] - origin_[a]) / bin_));
+        for (int a = 0; a < D; ++a)
+            bin[a] = static_cast<std::int64_t>(std::clamp(std::floor((x[a] - origin_[a]) / bin_), -last, last));
         return bin;
     }
     /// Different bins may share a key: points are compared by place anyway. The multiplier is that of splitmix64.

@@ -21,10 +21,8 @@ ORDO_FLAT inline double spline_weight(double distance)
         const double s = larger(0.0, 1.5 - r);
         return r <= 0.5 ? 0.75 - r * r : 0.5 * s * s;
     }
-    if constexpr (W == 4) {
-        const double s = larger(0.0, 2 - r);
-        return r <= 1 ? 2.0 / 3 - r * r * (1 - 0.5 * r) : s * s * s / 6;
-    }
+    const double s = larger(0.0, 2 - r);
+    return r <= 1 ? 2.0 / 3 - r * r * (1 - 0.5 * r) : s * s * s / 6;
 }
 
 /// The targets along one axis that a sample counts at: distances (from target to sample, cells) and weights of `count`

@@ -1,5 +1,6 @@
 // Whole steps: time levels, schemes against a literal step written here, boundaries, periodic axes, errors.
 #include "kernels/nodes.hpp"
+#include "method/courant.hpp"
 #include "method/diagnostics.hpp"
 #include "method/layout.hpp"
 #include "support/particles.hpp"
@@ -373,6 +374,57 @@ TEST(Step, CellsStartWithoutDisplacement)
         const State<2> s = Explicit<2>(model).start(std::move(p));
         for (int i = 0; i < s.particles.count; ++i) EXPECT_LT(norm(displacement(model, s.particles, i)), 1e-15);
     }
+}
+
+/// h over wave speed and |v|, of the particle and the axis for which it is shortest. A `cfl` is a part of it, up to the limit of
+/// the method.
+TEST(Step, TimeStepIsThatOfTheFastestParticle)
+{
+    Model<2> model = test::unit_box<2>(10, Domain::point);
+    model.h[1]     = 0.05;
+    model.cells[1] = 20;
+    model.materials.push_back({MaterialModel::neo_hookean, 1000.0, 1154.0, 770.0});
+    Particles<2> p = plant_all(model, test::block(model, 0.25, 0.75, 2));
+    double rate    = 0;
+    for (int i = 0; i < p.count; ++i) {
+        p.material[i]     = i % 2;
+        p.v[i]            = {0.3 * (i % 7), -0.4 * (i % 7)};
+        const Material& m = model.materials[p.material[i]];
+        rate              = std::max(rate, (std::sqrt((m.lambda + 2 * m.mu) / m.density) + 0.5 * (i % 7)) / 0.05);
+    }
+    const double limit = stable_courant_number(model.method, 2);
+    EXPECT_NEAR(courant_time_step(model, p) * rate, 1.0, 1e-14);
+    EXPECT_NEAR(stable_time_step(model, p) * rate, limit, 1e-14);
+    EXPECT_NEAR(automatic_time_step(model, p, 0.4) * rate, 0.4, 1e-14);
+    EXPECT_NEAR(automatic_time_step(model, p, 0.9) * rate, limit, 1e-14);
+}
+
+/// Mass, momentum and energies against plain sums, of particles that do not fill the last batch and have two laws.
+TEST(Step, TotalsAreSumsOverParticles)
+{
+    Model<2> model = test::unit_box<2>(10, Domain::point);
+    model.gravity  = {0.3, -9.8};
+    model.materials.push_back({MaterialModel::jaumann_elastic, 1000.0, 577.0, 385.0});
+    test::Random random(8);
+    State<2> s      = test::random_state(Explicit<2>(model), 21, random);
+    Particles<2>& p = s.particles;
+    const NeoHookean neo_hookean{577.0, 385.0};
+    const JaumannElastic jaumann{577.0, 385.0};
+    Totals sums;
+    for (int i = 0; i < p.count; ++i) {
+        p.material[i] = i > 9;
+        sums.mass += p.m[i];
+        sums.momentum += p.m[i] * padded(p.v[i]);
+        sums.kinetic_energy += 0.5 * p.m[i] * dot(p.v[i], p.v[i]);
+        sums.potential -= p.m[i] * dot(model.gravity, p.x[i]);
+        sums.strain_energy += p.material[i] == 0 ? p.V0[i] * neo_hookean.energy(p.F[i]) : p.V[i] * jaumann.energy(p.sigma[i]);
+    }
+    const Totals found = totals(model, p);
+    EXPECT_NEAR(found.mass / sums.mass, 1, 1e-14);
+    EXPECT_LT(norm(found.momentum - sums.momentum), 1e-14 * sums.mass);
+    EXPECT_NEAR(found.kinetic_energy / sums.kinetic_energy, 1, 1e-13);
+    EXPECT_NEAR(found.strain_energy / sums.strain_energy, 1, 1e-13);
+    EXPECT_NEAR(found.potential / sums.potential, 1, 1e-13);
 }
 
 /// Sorting is rare, and does not change the physics: a state sorted each step gives the same to round-off.

@@ -59,7 +59,8 @@ def edit(text, *changes):
 
 def start(*args, cwd):
     """Starts ordo."""
-    return subprocess.Popen([ORDO, *map(str, args)], cwd=cwd, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    return subprocess.Popen([ORDO, *map(str, args)], cwd=cwd, text=True, errors="backslashreplace",
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
 def ordo(*args, cwd):
@@ -70,6 +71,12 @@ def ordo(*args, cwd):
     finally:
         process.kill()
     return subprocess.CompletedProcess(process.args, process.returncode, out, err)
+
+
+def has_hdf5():
+    """Whether ordo writes checkpoints."""
+    arguments = [ORDO, "check", "--set", "checkpoint.steps=1", "/dev/stdin"]
+    return "HDF5" not in subprocess.run(arguments, input=CASE, capture_output=True, text=True).stderr
 
 
 def history(directory):

@@ -4,6 +4,7 @@ A row changes the minimal case. Where the fault stands in a file, the mark @ is 
 """
 
 import itertools
+import os
 
 from harness import CASE, InTemporaryDirectory, edit, ordo
 
@@ -122,6 +123,7 @@ CASE_FAULTS = [
     ("name with a line break", [('shape = "ball"', 'shape = @"ba\\nll"')], "body[0].shape", 'Did you mean "ball"?'),
     ("unknown field", ["[output]\nfields = ['volume',\n@'densty']\n"], "output.fields", 'Did you mean "density"?'),
     ("unknown material", [('material = "rubber"', 'material = @"ruber"')], "body[0].material", 'Did you mean "rubber"?'),
+    ("material without a name", [('name = "rubber"', 'name = @""'), ('material = "rubber"', 'material = ""')], "material[0].name", "must not be empty"),
     ("duplicate material names", [SECOND_MATERIAL], "material[1].name", "names must differ"),
     # bodies
     ("ring in 3D", [DIM_3, body("shape = @'ring'\ncenter = 0.5\nradius = 0.4\ninner_radius = 0.1\n")], "body[0].shape", "does not exist in 3D; there is ball, box, cylinder"),
@@ -132,9 +134,13 @@ CASE_FAULTS = [
     ("polar cells without a hole", [DIM_3, cylinder("cells = @'polar'\n")], "body[0].cells", "inner_radius above zero"),
     ("polar count of cartesian cells", [ring("inner_radius = 0.1\nradial = @3\n")], "body[0].radial", 'cells = "polar"'),
     ("angles that fall", [ring("inner_radius = 0.1\nangle = @[90, 0]\n")], "body[0].angle", "must grow"),
+    ("angles far beyond a turn", [ring("inner_radius = 0.1\nangle = [@2e18, 2000000000000000256.0]\n")], "body[0].angle", "at most 720"),
     ("one angle", [ring("inner_radius = 0.1\nangle = @[90]\n")], "body[0].angle", "[first, last]"),
     ("upper below lower", [body("shape = 'box'\nlower = [0.2, 0.6]\nupper = @[0.8, 0.4]\n")], "body[0].upper", "must be larger than lower"),
     ("body outside the grid", [('shape = "ball"', 'shape = @"ball"'), ("center = 0.5", "center = [0.9, 0.5]")], "body[0].shape", "lies outside the grid"),
+    ("body far outside the grid", [('shape = "ball"', 'shape = @"ball"'), ("center = 0.5", "center = 1e300")], "body[0].shape", "lies outside the grid"),
+    ("more sub-cells than particles can be", [("[[body]]", "@[[body]]"), ("radius = 0.25", "radius = 1e9")], "body[0].particles_per_cell", "more than 2e+09"),
+    ("more polar cells than particles can be", [("[[body]]", "@[[body]]"), ring("inner_radius = 0.1\ncells = 'polar'\nradial = 100000\nangular = 100000\n")], "body[0].particles_per_cell", "more than 2e+09"),
     # methods whose choices do not go together
     ("ddmpm with boxes", ["[method]\nbasis = 'ddmpm'\ndomain = @'box'\n"], "method.domain", "use basis hat"),
     ("weights of corners without cells", ["[method]\ncell_weights = @'mean'\n"], "method.cell_weights", "no cells"),
@@ -207,6 +213,8 @@ CASE_FAULTS = [
     ("duplicate key", [(DENSITY, DENSITY + "\ndensity = @1.0")], "", "not valid TOML"),
     ("duplicate table", ["@[grid]\n"], "", "not valid TOML"),
     ("bare word", [('shape = "ball"', "shape = @ball")], "", "not valid TOML"),
+    ("key of many parts", ["@" + "a." * 100_000 + "a = 1\n"], "key", "has more than 16 parts"),
+    ("quoted key of many parts", ["@[" + "'#='." * 100_000 + "a]\n"], "key", "has more than 16 parts"),
 ]
 
 # name, particles.csv (None: there is no such file), key, remedy
@@ -245,6 +253,10 @@ OPTION_FAULTS = [
     (["--set", "body.0.velocity=[0, 'q']"], "velocity", "cannot be read"),
     (["--set", "material.0.density=-1"], "density", "must be positive"),
     (["--set", "output.directory=case.toml/sub"], "output.directory", "is not a directory"),
+    (["--set", "body=[]", "--set", "body.0.radius=1"], "body.0.radius", "there is nothing in the list"),
+    (["--set", "grid." + "a." * 50_000 + "a=1"], "grid.a", "has a key of"),
+    (["--set", "ti\ntle"], "ti\\x0atle", "key=value"),
+    (["--set", os.fsdecode(b"title=\xff")], "title", "is neither TOML nor text"),
     (["--output", "case.toml"], "case.toml", "is not a directory"),
     (["--output", "case.toml/sub"], "case.toml/sub", "is not a directory"),
     (["--nonsense"], "--nonsense", "--help"),
@@ -344,6 +356,18 @@ class BadInput(InTemporaryDirectory):
         for args, names, remedy in COMMAND_FAULTS:
             with self.subTest(" ".join(args) or "nothing"):
                 self.assert_refused(*args, says=[names, remedy])
+
+    def test_particles_far_from_a_periodic_grid(self):
+        self.write("case.toml", edit(CASE, (BODY, 'material = "rubber"\nshape = "particles"\nfile = "particles.csv"\n'), wall("x-min", "periodic")))
+        for text, says in (("x,y,volume\n1e300,0.5,0.01\n", "lies outside the grid"), ("x,y,volume\n0.1,0.5,0.01\n0.2,0.5,1e200\n0.3,0.5,0.01\n", "overlaps itself")):
+            self.write("particles.csv", text)
+            with self.subTest(says):
+                self.assert_refused("check", "case.toml", says=["body[0].file", says])
+
+    def test_the_echo_of_the_shortest_run_is_a_case(self):
+        self.write("case.toml", edit(CASE, ("end = 0.01", "end = 5e-324")))
+        self.write("again.toml", ordo("check", "case.toml", cwd=self.dir).stdout)
+        self.assertEqual(ordo("check", "again.toml", cwd=self.dir).returncode, 0)
 
     def test_the_table_is_about_a_valid_case(self):
         self.write("case.toml", CASE)

@@ -4,6 +4,7 @@ At the end the way a run fails: what the message says and what is left on the di
 """
 
 import json
+import os
 import subprocess
 import tomllib
 
@@ -256,6 +257,13 @@ class BrokenStreams(InTemporaryDirectory):
     def test_full_stderr(self):
         self.assertEqual(self.code("run", "case.toml", stderr=self.full), 0)
         self.assertEqual(self.code("check", "case.toml", "--set", "x=1", stderr=self.full), 2)
+
+    def test_reader_of_stdout_that_goes_away(self):
+        read, write = os.pipe()
+        os.close(read)
+        done = subprocess.run([ORDO, "list"], cwd=self.dir, stdout=write, stderr=subprocess.PIPE)
+        os.close(write)
+        self.assertEqual((done.returncode, done.stderr), (141, b""))
 
     def test_reader_that_goes_away(self):
         process = subprocess.Popen([ORDO, "run", "case.toml"], cwd=self.dir, stderr=subprocess.PIPE)

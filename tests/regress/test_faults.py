@@ -4,12 +4,13 @@ The run ends with a message and exit code 1; what is there is whole, and the PVD
 """
 
 import os
+import pathlib
 import resource
 import shutil
 import subprocess
 import unittest
 
-from harness import CASE, ORDO, InTemporaryDirectory, edit, frames, read_vtk
+from harness import CASE, ORDO, InTemporaryDirectory, contents, edit, frames, has_hdf5, read_vtk
 
 LONG = edit(
     CASE,
@@ -24,13 +25,12 @@ class Faults(InTemporaryDirectory):
         arguments = [ORDO, "run", "case.toml", "--quiet", "--threads", "1", *map(str, args)]
         return subprocess.run(arguments, cwd=self.dir, text=True, capture_output=True, timeout=60, **how)
 
-    def without_hdf5(self):
-        return subprocess.run([ORDO, "check", "case.toml"], cwd=self.dir, capture_output=True).returncode != 0
-
     def write_case(self):
-        self.write("case.toml", LONG)
-        if self.without_hdf5():
-            self.write("case.toml", edit(LONG, ("[checkpoint]\nsteps = 5\n", "")))
+        self.write("case.toml", LONG if has_hdf5() else edit(LONG, ("[checkpoint]\nsteps = 5\n", "")))
+
+    def limited(self, size, *args):
+        """A run whose files may not grow beyond so many bytes."""
+        return self.run_case(*args, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size)))
 
     def assert_ends_whole(self, done, directory):
         self.assertEqual(done.returncode, 1, done.stderr)
@@ -49,10 +49,26 @@ class Faults(InTemporaryDirectory):
         for size in (10, 500, 2000, 20_000, 100_000):
             with self.subTest(size):
                 shutil.rmtree(self.dir / "out", ignore_errors=True)
-                done = self.run_case("--output", "out", preexec_fn=lambda size=size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size)))
-                self.assert_ends_whole(done, self.dir / "out")
+                self.assert_ends_whole(self.limited(size, "--output", "out"), self.dir / "out")
                 limits.append(len(list((self.dir / "out").glob("*"))))
         self.assertGreater(limits[-1], limits[0])
+
+    @unittest.skipUnless(has_hdf5(), "ordo was built without HDF5")
+    def test_checkpoints_that_may_not_grow(self):
+        """Once there is room the run goes on as if nothing had happened."""
+        self.write("case.toml", edit(LONG, ("end = 1.0", "end = 0.02"), ("grid = true\ninterval = 0.004\n", "fields = []\ninterval = 0.02\n")))
+        self.assertEqual(self.run_case("--output", "whole").returncode, 0)
+        checkpoint = max(p.stat().st_size for p in pathlib.Path(self.dir / "whole").glob("*.h5"))
+        frame = max(p.stat().st_size for p in pathlib.Path(self.dir / "whole").glob("*.vtu"))
+        self.assertLess(frame, checkpoint)
+        for size in (frame + 1, (frame + checkpoint) // 2, checkpoint - 1):
+            with self.subTest(size):
+                shutil.rmtree(self.dir / "out", ignore_errors=True)
+                self.assertEqual(self.run_case("--output", "out", "--set", "time.end=0.01").returncode, 0)
+                done = self.limited(size, "--output", "out", "--restart", "latest")
+                self.assert_ends_whole(done, self.dir / "out")
+                self.assertEqual(self.run_case("--output", "out", "--restart", "latest").returncode, 0)
+                self.assertEqual(contents(self.dir / "out"), contents(self.dir / "whole"))
 
     def test_full_disk(self):
         self.write_case()
@@ -71,6 +87,7 @@ class Faults(InTemporaryDirectory):
     def test_directory_that_is_lost(self):
         self.write_case()
         process = subprocess.Popen([ORDO, "run", "case.toml", "--quiet", "--output", "out"], cwd=self.dir, text=True, stderr=subprocess.PIPE)
+        self.addCleanup(process.kill)
         while not (self.dir / "out" / "particles_000001.vtu").exists():
             self.assertIsNone(process.poll())
         os.rename(self.dir / "out", self.dir / "elsewhere")

@@ -10,7 +10,7 @@ import signal
 import subprocess
 import unittest
 
-from harness import CASE, ORDO, InTemporaryDirectory, contents, edit, frames, history, ordo, start
+from harness import CASE, ORDO, InTemporaryDirectory, contents, edit, frames, has_hdf5, history, ordo, start
 
 BOX = "shape = 'box'\nlower = 0.25\nupper = 0.75\nvelocity = '20 + 0.1*sin(2*pi*x)'\n"
 HALF = "shape = 'box'\nlower = [{}, 0.25]\nupper = [{}, 0.75]\nvelocity = '20'\n"
@@ -32,11 +32,6 @@ CHANGES = {  # fem has no grid, and cpdi2e an interface
 NEWEST = "checkpoint_000000015.h5"  # of the first half
 
 
-def has_hdf5():
-    done = subprocess.run([ORDO, "check", "--set", "checkpoint.steps=1", "/dev/stdin"], input=CASE, capture_output=True, text=True)
-    return "HDF5" not in done.stderr
-
-
 def presets():
     text = subprocess.run([ORDO, "list", "methods"], capture_output=True, text=True, check=True).stdout
     return re.findall(r"^  (\S+) ", text.split("\n\n")[0], re.MULTILINE)
@@ -54,6 +49,8 @@ class Restart(InTemporaryDirectory):
 
     def assert_goes_on(self, *args):
         """The whole run, and the same in two parts on different numbers of threads."""
+        for name in ("whole", "parts"):
+            shutil.rmtree(self.dir / name, ignore_errors=True)
         self.run_good("case.toml", "--output", "whole", *args)
         self.run_good("case.toml", "--output", "parts", *args, "--set", "time.end=0.003", "--threads", 2)
         self.assertGreater(len(frames(self.dir / "parts")), 2)
@@ -67,17 +64,20 @@ class Restart(InTemporaryDirectory):
         for name in names:
             self.write("case.toml", edit(PERIODIC, *CHANGES.get(name, ())))
             with self.subTest(name):
-                shutil.rmtree(self.dir / "whole", ignore_errors=True)
-                shutil.rmtree(self.dir / "parts", ignore_errors=True)
                 self.assert_goes_on("--set", f"method.preset={name}")
 
     def test_other_schemes_in_1d_and_3d(self):
         for dim, preset, scheme in ((1, "cpdi1", "usf"), (3, "bsmpm", "musl"), (3, "cpdi2", "usl"), (1, "impm", "usl")):
             self.write("case.toml", edit(PERIODIC, ("dim = 2", f"dim = {dim}"), ("spacing = 0.0625", "spacing = 0.125"), (FACES[2], FACES[dim])))
             with self.subTest(preset, dim=dim):
-                shutil.rmtree(self.dir / "whole", ignore_errors=True)
-                shutil.rmtree(self.dir / "parts", ignore_errors=True)
                 self.assert_goes_on("--set", f"method.preset={preset}", "--set", f"method.scheme={scheme}")
+
+    def test_many_particles(self):
+        """Enough for the threads to share: 16384."""
+        self.write("case.toml", edit(PERIODIC, ("spacing = 0.0625", "spacing = 0.0078125"), ("20 + 0.1", "5 + 0.1")))
+        for preset in ("mpm", "cpdi1", "bsmpm"):
+            with self.subTest(preset):
+                self.assert_goes_on("--set", f"method.preset={preset}")
 
     def test_automatic_steps_that_do_not_end_at_the_end_of_a_part(self):
         self.write("case.toml", edit(PERIODIC, ("dt = 0.0002\n", "cfl = 0.3\n"), ("end = 0.006", "end = 0.0600123")))
@@ -89,7 +89,7 @@ class Restart(InTemporaryDirectory):
         self.assert_same_files("whole", "parts")
 
     def test_stopped_and_killed_at_random_moments(self):
-        self.write("case.toml", edit(PERIODIC, ("end = 0.006", "end = 1.2"), ("interval = 0.0011", "interval = 0.05"), ("steps = 6", "steps = 50")))
+        self.write("case.toml", edit(PERIODIC, ("end = 0.006", "end = 1.2"), ("interval = 0.0011", "interval = 0.05"), ("steps = 6", "steps = 50\nkeep = 1")))
         self.run_good("case.toml", "--output", "whole")
         moments, stops = random.Random(1), 0
         for part in range(200):
@@ -150,7 +150,7 @@ class Restart(InTemporaryDirectory):
         return done.stderr
 
     def assert_damage_refused(self, data, why):
-        """Refused by name, and left for the one before with a warning."""
+        """Refused by name, and nothing is touched."""
         file = self.dir / "out" / NEWEST
         whole = file.read_bytes()
         file.write_bytes(data)
@@ -201,6 +201,33 @@ class Restart(InTemporaryDirectory):
         self.half()
         (self.dir / "out" / "particles_000001.vtu").unlink()
         self.assert_refused("--restart", "latest", why="particles_000001.vtu is missing")
+
+    def test_results_of_another_run(self):
+        """They are not mixed, and not touched."""
+        file = self.half()
+        self.run_good("case.toml", "--output", "other", "--set", "body.0.velocity=19")
+        for name in ("checkpoint_000000024.h5", "checkpoint_000000030.h5"):
+            (self.dir / "other" / name).unlink()
+        shutil.copy(file, self.dir / "other" / NEWEST)
+        before = contents(self.dir / "other")
+        for which in (file, "latest"):
+            done = ordo("run", "case.toml", "--output", "other", "--restart", which, cwd=self.dir)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("history.csv is of another run", done.stderr)
+        self.assertEqual(contents(self.dir / "other"), before)
+
+    def test_files_of_others_stay(self):
+        file = self.half()
+        copy = self.dir / "out" / "checkpoint_backup.h5"
+        shutil.copy(file, copy)
+        self.run_good("case.toml", "--output", "out", "--restart", copy)
+        self.assertTrue(copy.exists())
+
+    def test_another_interval(self):
+        self.half()
+        self.restart("--output", "out", "--set", "output.interval=0.0004")
+        times = [t for t, _ in frames(self.dir / "out")]
+        self.assertGreater(len([t for t in times if t > 0.003]), 6)
 
     def test_new_run_removes_them(self):
         self.half()

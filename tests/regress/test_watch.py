@@ -43,6 +43,12 @@ class Watch(InTemporaryDirectory):
         self.run_good(case, "--output", "out")
         self.assertGreater(history(self.dir / "out")["kinetic_energy"][-1], 0)
 
+    def test_energy_of_gravity_along_a_period(self):
+        case = self.write("case.toml", edit(FALLING, ("[grid]\n", "gravity = [5e4, 0.0]\n[grid]\n"), ("dt = 0.001", "dt = 0.0001"), "[watch]\nenergy_growth = 0.01\n"))
+        self.run_good(case, "--output", "out")
+        rows = history(self.dir / "out")
+        self.assertGreater(rows["kinetic_energy"][-1] / rows["mass"][-1], 0.5 * (5e4 * 0.0195) ** 2)
+
     def test_energy_needs_some_to_compare_with(self):
         done = self.run_case(self.write("case.toml", CASE), "--set", "watch.energy_growth=0.1")
         self.assertEqual(done.returncode, 2)

@@ -96,8 +96,6 @@ TEST(Tiles, ColoursShareNoNode)
     }
 }
 
-/// Blocks are those of the nodes from halo + 1 below to halo + 1 and the degree above the cells with particles, and all that
-/// hold images of their nodes.
 TEST(Tiles, ComeBackFromTheirRecord)
 {
     const Lattice<2> lattice(Vec<2>{}, Vec<2>::filled(0.05), {40, 33}, {}, 2);
@@ -139,6 +137,9 @@ TEST(Tiles, ComeBackFromTheirRecord)
     EXPECT_TRUE(is_refused([](TileRecord& r) { r.ends[1] = r.ends[0]; }));
     EXPECT_TRUE(is_refused([](TileRecord& r) { r = {}; }));
 }
+
+/// Blocks are those of the nodes from halo + 1 below to halo + 1 and the degree above the cells with particles, and all that
+/// hold images of their nodes.
 TEST(Tiles, BlocksAreOfNodesInReachAndTheirImages)
 {
     test::Random random(3);

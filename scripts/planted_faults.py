@@ -1,0 +1,569 @@
+#!/usr/bin/env python3
+"""Plants faults in the numerics, one by one, and shows that the tests catch each.
+
+Every row of FAULTS is a mistake that a programmer could make: a sign, a factor, a missing term, a wrong time level. All of
+them are planted at once into a copy of the sources, as choices at run time, so that one build serves all; the environment
+variable ORDO_FAULT chooses one. The tests of the table must pass without a fault, and of the tests of a fault one must fail
+with it: by an assertion, a crash, or ten times its usual time.
+
+    scripts/planted_faults.py
+    scripts/planted_faults.py --only internal-force-sign,volume-without-J
+    scripts/planted_faults.py --list
+    nice scripts/planted_faults.py --dir /tmp/planted --markdown faults.md
+
+Exit code: 0 when all faults are caught, 1 when one survives, 2 when that cannot be said: wrong usage, a text of the table
+that is not in the sources exactly once, a build that fails, tests that fail without a fault.
+"""
+
+import argparse
+import concurrent.futures
+import dataclasses
+import os
+import pathlib
+import re
+import resource
+import subprocess
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+HEADER = "planted.hpp"
+HEADER_TEXT = """// The choice among the faults of scripts/planted_faults.py; included before everything else.
+#pragma once
+
+#include <cstdlib>
+
+namespace ordo {
+
+inline const int planted_fault = [] {
+    const char* number = std::getenv("ORDO_FAULT");
+    return number ? std::atoi(number) : 0;
+}();
+
+/// Whether this fault was chosen; constants have none.
+constexpr bool planted(int fault) { return !__builtin_is_constant_evaluated() && planted_fault == fault; }
+
+}  // namespace ordo
+"""
+
+
+@dataclasses.dataclass
+class Fault:
+    """What stands between @ and @ in a text of a file below src/ becomes something wrong. Where it ends with ; it is a
+    statement, else an expression. Tests are LAYER:SUITE.TEST of the binaries test_LAYER."""
+
+    name: str
+    what: str
+    file: str
+    places: list  # of (text with marks, what is wrong instead)
+    tests: list
+
+
+def fault(name, what, file, text, wrong, *tests):
+    return Fault(name, what, file, [(text, wrong)], list(tests))
+
+
+NAIVE_SCATTER = "pass:Scatter.EqualsTheNaiveLoop"
+NAIVE_GATHER = "pass:Gather.EqualsTheNaiveLoop"
+LITERAL_BAR = "pass:Step.SchemesEqualTheLiteralBar"
+COX_DE_BOOR = "unit:Splines.AreThoseOfCoxAndDeBoor"
+CELL_INTEGRALS = "unit:CellWeights.AreTheIntegrals"
+PLANES = "unit:Boundary.PlanesActFromTheirNodeOutwards"
+BOUNDARY_TYPES = "unit:BoundaryTypes.ActOnTheirComponents"
+ENERGY_DERIVATIVE = "unit:Materials.StressIsTheDerivativeOfTheEnergy"
+RESULTANTS = "pass:Tractions.ForceAndMomentAreExact"
+MOTIONS = "verify:Manufactured.DerivativesAreThoseOfTheMotion"
+
+FAULTS = [
+    # from particles to nodes
+    fault("momentum-without-mass", "nodes get v instead of m v", "kernels/scatter.hpp",
+          "mv[a] = @m * v[a]@;", "v[a]", NAIVE_SCATTER),
+    fault("internal-force-sign", "f = +V sigma grad phi", "kernels/scatter.hpp",
+          "f[a] = @-p.V[i]@ * p.sigma[i](a, d);", "p.V[i]", NAIVE_SCATTER),
+    fault("body-force-without-mass", "f = phi b instead of phi m b", "kernels/scatter.hpp",
+          "f[a] = @p.m[i] * p.b[i][a]@;", "p.b[i][a]", "pass:Step.BodyForceField"),
+    fault("traction-moment-transposed", "the moment of a traction acts transposed", "kernels/scatter.hpp",
+          "f[a] = @p.traction_moment[i](a, d)@;", "p.traction_moment[i](d, a)", RESULTANTS),
+    fault("slope-of-both-axes", "a gradient takes slopes along two axes instead of one", "shape/stencil.hpp",
+          "for (int b = 0; b < A; ++b) rest[b] = flux[b] * @s.w[A][k]@;", "s.dw[A][k]", NAIVE_SCATTER),
+    fault("gradient-per-cell", "gradients of points are not divided by h", "shape/point.hpp",
+          "d *= @Lanes(g.inv_h[a])@;", "Lanes(1.0)", NAIVE_SCATTER),
+    fault("gravity-without-dt", "the increment of gravity is g instead of dt g", "kernels/nodes.hpp",
+          "padded(@dt * gravity@);", "gravity", "pass:Step.FreeFallIsExact"),
+
+    # from nodes to particles
+    fault("volume-without-J", "V = V0 instead of J V0", "kernels/gather.hpp",
+          "store(p.V, b, @J * load(p.V0, b)@);", "load(p.V0, b)", NAIVE_GATHER),
+    fault("velocity-gradient-transposed", "F follows L^T", "kernels/gather.hpp",
+          "Mat<D, Lanes> dtL = @nodes.velocity_gradients()@;", "transpose(nodes.velocity_gradients())", NAIVE_GATHER),
+    fault("move-with-particle-velocity", "x moves with v_p instead of the velocity of the nodes", "kernels/gather.hpp",
+          "place(s, b, load(s.p.x, b) + Lanes(s.dt) * @v@, move, report);", "load(s.p.v, b)", NAIVE_GATHER),
+    fault("pic-on-top", "the PIC part is added instead of blended in", "kernels/gather.hpp",
+          "next = @Lanes(1 - s.pic) * (load(s.p.v, b) + dv)@ +", "load(s.p.v, b) + dv", "pass:Gather.PicFractionBlends"),
+    fault("usf-gradient-at-start", "USF takes the gradient at the end of a step for that at its start", "kernels/gather.hpp",
+          "return @inverse(Mat<D, T>::identity() - dtL) * dtL@;", "dtL", LITERAL_BAR),
+
+    # the order of a step and its times
+    fault("kick-of-the-new-step", "velocities at half steps are kicked by dt instead of the mean of two steps",
+          "method/explicit.cpp", "dt_kick  = @0.5 * (s.dt_prev + dt)@;", "dt", LITERAL_BAR),
+    fault("usf-new-dt", "USF updates the stress with the new dt", "method/explicit.cpp",
+          "gather(s, passes_.stress_of_past, strain, @s.dt_prev@);", "dt", LITERAL_BAR),
+    fault("musl-without-walls", "the second projection of MUSL ignores the walls", "method/explicit.cpp",
+          "@constrain(s, strain, t_kicked);@", "", LITERAL_BAR),
+    Fault("musl-moves-first", "MUSL moves before its second projection: weights at x^n+1", "method/explicit.cpp",
+          [("@clear_nodes(s, strain);@\n", "if (passes_.move) gather(s, passes_.move, nodes, dt); clear_nodes(s, strain);"),
+           ("@if (passes_.move) gather(s, passes_.move, nodes, dt);@", "")], [LITERAL_BAR]),
+    Fault("corners-move-first", "corners of cells move before the stress update: gradients at x^n+1", "method/explicit.cpp",
+          [("@if (keeps_corner_velocity(model_.method)) keep_velocities(s, nodes);@",
+            "if (keeps_corner_velocity(model_.method)) keep_velocities(s, nodes); "
+            "if (passes_.move_corners) move_corners(s, nodes, dt);"),
+           ("@if (passes_.move_corners) move_corners(s, nodes, dt);@", "")],
+          ["pass:FiniteElements.EqualPlainOnesOnATurningRing"]),
+    fault("condition-at-whole-step", "boundary velocities are those of t + dt instead of t + dt/2", "method/explicit.cpp",
+          "constrain(s, nodes, @t_kicked@);", "s.t + dt", "pass:Enrichment.GripsKeepTheirCorners"),
+
+    # boundary conditions
+    fault("wall-on-wrong-side", "a condition holds the nodes on the inner side", "grid/boundary.hpp",
+          "return @outer_is_above@ ? x >= at", "!outer_is_above", PLANES),
+    fault("upper-wall-node-free", "the node on an upper wall is not held", "grid/boundary.hpp",
+          "x >= @at - tolerance@", "at + tolerance", PLANES),
+    fault("wall-keeps-increment", "a wall leaves the velocity increment, which FLIP reads", "grid/boundary.hpp",
+          "h.is_prescribed ? v - projected : @0.0@;", "dv", PLANES),
+    fault("prescribed-increment-sign", "the increment of a prescribed velocity has the wrong sign", "grid/boundary.hpp",
+          "h.is_prescribed ? @v - projected@ : 0.0;", "projected - v", "unit:BoundaryTypes.LaterConditionsWin"),
+    fault("symmetry-holds-tangent", "symmetry holds the tangential components", "grid/boundary.hpp",
+          "case BoundaryType::symmetry: return @component == axis@;", "component != axis", BOUNDARY_TYPES),
+
+    # bases
+    fault("hat-slope-sign", "the slope of the lower hat has the wrong sign", "shape/hat.hpp",
+          "dw[0]                  = @Lanes(-1.0)@;", "Lanes(1.0)", NAIVE_SCATTER),
+    fault("hats-exchanged", "the hats of a corner are exchanged", "shape/hat.hpp",
+          "w[1] = @y - cell@;\n        w[0] = 1 - w[1];\n        return true;", "1 - (y - cell)",
+          "unit:Shapes.CornersGiveTheirSums"),
+    fault("cubic-spline-term", "a factor 2 in the cubic spline", "shape/bspline.hpp",
+          "w[1]  = @2.0 / 3 - t * t * (1 - 0.5 * t)@;", "2.0 / 3 - t * t * (1 - t)", COX_DE_BOOR),
+    fault("spline-without-upper-knots", "splines at the upper wall do not see the repeated knots", "shape/bspline.hpp",
+          "right[j] = @smaller(j, after + 1)@ - t;", "j", COX_DE_BOOR),
+    fault("greville-off-by-a-knot", "the places of splines are means of the wrong knots", "grid/lattice.hpp",
+          "sum += knot(a, @k - margin + j - p@);", "k - margin + j - p - 1", "unit:Boundary.PlanesActFromTheirGrevillePoint"),
+    fault("wall-splines-whole", "the integrals of splines at walls are those of inner ones", "grid/lattice.hpp",
+          "const int span = @knot(a, j + 1) - knot(a, j - p)@;", "p + 1", COX_DE_BOOR),
+    fault("ddmpm-edge", "ddmpm takes half differences where the material ends", "shape/dual_domain.hpp",
+          "g.inv_h[a] * (@before && after ? 0.5 : 1.0@)", "0.5", "unit:DualDomain.GradientIsThatOfItsDefinition"),
+
+    # domains of particles
+    fault("gimp-half-normaliser", "GIMP divides by l instead of 2 l", "shape/box.hpp",
+          "const T norm = @T(1.0) / (high - low)@;", "T(2.0) / (high - low)", "unit:Shapes.MomentsIn1D"),
+    fault("gimp-spline-point-weight", "a point of the means of splines over boxes counts twice", "shape/box.hpp",
+          "add(middle - gauss * half, @half * norm@, w);", "2 * half * norm", "unit:Shapes.MomentsIn1D"),
+    fault("cpgimp-stretched-twice", "cpGIMP stretches the current box by the whole F", "kernels/evolve.hpp",
+          "half    = load(@s.p.half0@, b);", "s.p.half", NAIVE_GATHER),
+    fault("cpdi1-edges-times-F", "CPDI1 takes r0 F instead of F r0", "kernels/evolve.hpp",
+          "Mat<D, Lanes> r = @load(s.p.F, b) * load(s.p.edges0, b)@;", "load(s.p.edges0, b) * load(s.p.F, b)",
+          "unit:Shapes.StretchLimitScalesParallelepipeds"),
+    fault("cpdi1-dual-transposed", "the dual vectors of CPDI1 are transposed", "shape/corners.hpp",
+          "return @cofactor(r)@ * (w / det(r));", "transpose(cofactor(r))",
+          "unit:CellWeights.OfParallelepipedsAreThoseOfHalfEdges"),
+    fault("cpdi2-corner-weight", "half of the trapezium's part in the corner weights of CPDI2", "shape/cell_weights.hpp",
+          "is_exact ? @X / (3.0 * V)@ : 0.0", "X / (6.0 * V)", CELL_INTEGRALS),
+    fault("hexahedron-gradient-term", "a term of the gradients of hexahedra is missing", "shape/cell_weights.hpp",
+          "G[1]        = @cross(a[2], a[4]) + third * cross(a[3], a[5])@;", "cross(a[2], a[4])", CELL_INTEGRALS),
+    fault("tetrahedron-volume", "the volume of a tetrahedron is J/3", "shape/cell_weights.hpp",
+          "J * (@D == 3 ? 1.0 / 6.0 : 1.0 / D@);", "1.0 / D", "unit:CellWeights.OfSimplices"),
+    fault("cell-at-corner-mean", "a cell's particle is at the mean of its corners", "shape/corners.hpp",
+          "center += @k.w[c]@ * (x[c] - x[0]);", "(1.0 / k.count)", NAIVE_GATHER),
+
+    # least squares
+    fault("cell-centre-at-node", "distances to the centre of a cell are taken from its lower node", "shape/weights.hpp",
+          "return @y - 0.5 * halves - target@;", "y - target", "unit:Moments.SpreadEqualsAdd"),
+    fault("moments-not-shifted", "moments of a window stay about its middle", "kernels/moment_windows.hpp",
+          "@sums[steps.to[n]][q] += sums[steps.from[n]][q] * back;@", "static_cast<void>(back);", "unit:Moments.SpreadEqualsAdd"),
+    fault("shepard-not-normalised", "the mean of degree 0 is not divided by the weights", "kernels/moments.hpp",
+          "return @get(record, products + field * unknowns) / weight(record)@;", "get(record, products + field * unknowns)",
+          "unit:Reconstruction.OfDegreeZeroIsShepard"),
+    fault("pivot-kept", "a pivot made of round-off is not dropped", "kernels/ldl.hpp",
+          "D[j]                  = @is_dropped ? 0.0 : d@;", "d", "unit:Reconstruction.OfDeficientSamplesEqualsGramSchmidt"),
+    fault("imls-takes-mean", "IMLS, too, takes the mean where one pivot is dropped", "kernels/velocity_fit.hpp",
+          "if (@choices.is_whole && fit.dropped > 0@) {", "fit.dropped > 0", "pass:VelocityFit.OfParticlesOnAPlane"),
+    fault("cpls-corner-velocity", "corners of CPLS have the velocity of their particle", "kernels/velocity_fit.hpp",
+          "@v_c[a] += Lr(a, d) * side;@", "", "pass:VelocityFit.LinearFieldIsReproduced"),
+    fault("shared-corners-again", "corners count once for each cell that shares them", "kernels/velocity_fit.hpp",
+          "@if (!(p.samples[i] >> c & 1)) continue;@", "", "pass:VelocityFit.EqualsThePlainSum"),
+    fault("tls-without-mean", "Taylor least squares fit the field instead of what differs from its mean", "kernels/taylor.hpp",
+          "= @b[j] - m * b[0] - mean * (M::get(record_, j) - m * M::get(record_, 0))@;", "b[j] - m * b[0]",
+          "unit:TaylorLeastSquares.EqualsHouseholder"),
+    fault("gauss-points-at-quarters", "Gauss points stand at the quarters of a cell", "kernels/taylor.hpp",
+          "r[a] = @k >> a & 1 ? g : -g@;", "k >> a & 1 ? 0.25 : -0.25", "unit:TaylorLeastSquares.EqualsHouseholder"),
+    fault("gauss-weight-whole", "each Gauss point has the volume of the whole cell", "kernels/cell_fields.hpp",
+          "set_point<D, true>(q, k + g, x, @V / points@, u);", "V", "pass:TaylorQuadrature.MassAndMomentumAreKept"),
+    fault("adjoint-constant-at-walls", "gradients of cells go on beyond walls as constants", "method/reconstruction.cpp",
+          "record(cell)[q] = @is_linear ? one * 2.0 - record(second)[q] : one@;", "one",
+          "pass:AdjointGradient.OfQuadraticVelocityIsExactWithHats"),
+
+    # particles that carry a field
+    fault("affine-inertia-inside", "D_p is h^2/4, also beside walls and for cubic splines", "kernels/affine.hpp",
+          "M[a][b] += @w * d[a] * d[b]@;", "a == b ? 0.25 * w * s.lattice.h[a] * s.lattice.h[a] : 0.0",
+          "pass:Affine.LinearFieldGoesToNodesAndBack"),
+    fault("affine-arm-sign", "the affine velocity at a node is v - L (x_i - x_p)", "kernels/affine.hpp",
+          "v = @s.p.v[i] + s.p.L[i] * (place_of_node(s.lattice, node) - s.p.x[i])@;",
+          "s.p.v[i] - s.p.L[i] * (place_of_node(s.lattice, node) - s.p.x[i])", "pass:Affine.LinearFieldGoesToNodesAndBack"),
+    fault("polynomial-not-orthogonal", "the quadratic of polynomial PIC is orthogonal in even weights only", "kernels/affine.hpp",
+          "= @P[a][1][k] * (P[a][1][k] - third / second) - second@;", "P[a][1][k] * P[a][1][k] - second",
+          "pass:Polynomials.NodalFieldsSurviveTheParticles"),
+
+    # the consistent mass matrix
+    fault("mass-row-of-its-own", "entries before the diagonal are those behind it", "kernels/mass_rows.hpp",
+          "sum[2 * d] += from[before] * @entries[static_cast<std::ptrdiff_t>(before) * H::size + d]@;", "a[d]",
+          "pass:MassMatrix.RowsMultiplyAsParticlesDo"),
+    fault("lumped-rows-lose-mass", "what rows lose to lumped ones is not put on their diagonal", "method/mass_matrix.cpp",
+          "m.diagonal[i] = @nodes[m.rows.node(i)][NodeLane::mass] - m.p[i][coupled] * m.q[i][coupled]@;", "0.0",
+          "pass:MassMatrix.SolutionEqualsTheDenseOne"),
+    fault("prescribed-taken-as-fixed", "the projection takes prescribed velocities as fixed ones", "method/mass_matrix.cpp",
+          "@if (first == NodeLane::velocity && is_prescribed) continue;@", "",
+          "pass:MassMatrix.PrescribedVelocitiesReachTheParticles"),
+
+    # enriched corners and contact
+    fault("contact-not-seen", "corners stay nodes of their own where another part is near: parts do not meet",
+          "method/enrichment.cpp", "if (@writes[k].first == writes[k - 1].first && writes[k].second != writes[k - 1].second@)",
+          "false", "pass:Enrichment.PartsMeetOnTheGrid"),
+    fault("wall-holds-what-leaves", "a wall holds corners that leave it and lets go those that come", "method/enrichment.cpp",
+          "@outwards * (before[NodeLane::velocity + b.axis] - b.velocity(b.axis, x, t)) <= 0@)",
+          "outwards * (before[NodeLane::velocity + b.axis] - b.velocity(b.axis, x, t)) >= 0",
+          "pass:Enrichment.ConditionsHoldOnCorners"),
+    fault("kept-velocity-as-momentum", "kept velocities of corners are taken as momenta", "method/enrichment.cpp",
+          "node[NodeLane::velocity + a] = @node[NodeLane::mass] * p.corner_velocity[c][a]@;", "p.corner_velocity[c][a]",
+          "pass:Enrichment.KeptVelocitiesKeepMomentum"),
+    fault("enriched-step-of-one-axis", "the time step of enriched cells forgets waves along both axes", "method/enrichment.cpp",
+          "return @(D * m.lambda + 2 * m.mu)@ * k.V", "(m.lambda + 2 * m.mu)", "pass:FiniteElements.TimeStepLimitIsSafe"),
+
+    # tractions
+    fault("pressure-pulls", "a pressure acts outwards", "method/tractions.cpp",
+          "f = @-traction.value[0](place)@ * area", "traction.value[0](place)", RESULTANTS),
+    fault("dead-load-follows", "a dead load acts on the current area", "method/tractions.cpp",
+          "f = norm(@load.area0@) * evaluate", "area", RESULTANTS),
+    fault("area-turned-by-F", "areas follow F instead of its cofactor", "method/tractions.cpp",
+          "area = @cofactor(p.F[i])@ * load.area0;", "p.F[i]", RESULTANTS),
+
+    # periodic axes
+    fault("halo-overwrites", "images overwrite the nodes that they repeat", "grid/halo.hpp",
+          "@nodes[p.image][k] += nodes[p.ghost][k];@", "nodes[p.image][k] = nodes[p.ghost][k];", "unit:Halo.PeriodicImages"),
+    fault("image-below-zero", "images below the period are not wrapped", "grid/lattice.hpp",
+          "return @((k - margin) % n + n) % n@ + margin;", "(k - margin) % n", "unit:Halo.PeriodicImages"),
+    fault("turns-sign", "periods travelled are counted backwards", "method/layout.cpp",
+          "@particles.turns[i][a] += static_cast<int>(turns);@", "particles.turns[i][a] -= static_cast<int>(turns);",
+          "pass:Step.PeriodicAxesHaveNoSeam"),
+    fault("corners-leave-period", "corners are put back into the period the wrong way", "shape/corners.hpp",
+          "for (Vec<D>& c : x) @c[a] -= p.turns[i][a] * (g.cells[a] * g.h[a]);@",
+          "c[a] += p.turns[i][a] * (g.cells[a] * g.h[a]);",
+          "unit:Shapes.CellsOutsideThePeriodAreTheSame"),
+
+    # materials
+    fault("neo-hookean-without-J", "the Kirchhoff stress is taken for the Cauchy stress", "material/material.hpp",
+          "return @s * (T(1) / J)@;", "s", ENERGY_DERIVATIVE),
+    fault("neo-hookean-right-tensor", "F^T F instead of F F^T", "material/material.hpp",
+          "T(mu) * (@F * transpose(F)@ - Mat<D, T>::identity());", "transpose(F) * F", ENERGY_DERIVATIVE),
+    fault("neo-hookean-energy-log", "the logarithm of the stored energy counts half", "material/material.hpp",
+          "(ddot(F, F) - T(D) - @T(2) * l@);", "l", ENERGY_DERIVATIVE),
+    fault("green-strain-doubled", "the Green strain is F^T F - I", "material/material.hpp",
+          "return @T(0.5)@ * (transpose(F) * F - Mat<D, T>::identity());", "T(1)", ENERGY_DERIVATIVE),
+    fault("venant-without-J", "St. Venant-Kirchhoff's stress is not divided by J", "material/material.hpp",
+          "return @F * S * transpose(F) * (T(1) / det(F))@;", "F * S * transpose(F)", ENERGY_DERIVATIVE),
+    fault("jaumann-spin-sign", "the Jaumann rate turns the stress backwards", "material/material.hpp",
+          "const Mat<D, T> w = half * (@M - transpose(M)@);", "transpose(M) - M",
+          "unit:Materials.JaumannLawTurnsWithRigidRotations"),
+    fault("jaumann-increment-unturned", "the stress increment of the Jaumann law does not turn: first order",
+          "material/material.hpp", "return Q * sigma * transpose(Q) + @q * s * transpose(q)@;", "s",
+          "unit:Materials.JaumannLawSimpleShearIsSecondOrder"),
+    fault("jaumann-energy-3d", "the compliance of 3D in plane and uniaxial strain", "material/material.hpp",
+          "T(lambda / (@D * lambda@ + 2 * mu)) * tr * tr", "3 * lambda", "unit:Materials.JaumannLawUniaxialStrain"),
+    fault("linear-rate-forgets", "the linear rate law forgets the stress it had", "material/material.hpp",
+          "return @sigma + T(young) * G@;", "T(young) * G", "unit:Materials.LinearRateLawOfWobbes"),
+    fault("poisson-plane-stress", "lambda has the 1 - nu of plane stress instead of 1 - 2 nu", "material/material.hpp",
+          "E * nu / ((1 + nu) * @(1 - 2 * nu)@)", "(1 - nu)", "verify:LayeredBody.RingSwingsAboutItsStaticStresses"),
+
+    # automatic differentiation and manufactured solutions
+    fault("dual-product-rule", "the product rule of dual numbers has one term", "base/dual.hpp",
+          "@a.slope * b.value + a.value * b.slope@};", "a.slope * b.value", "unit:Dual.FirstAndSecondDerivative"),
+    fault("jet-cross-term", "second derivatives of products lack a term", "verification/jet.hpp",
+          "@a.curvature[k] * b.value + a.value * b.curvature[k] + a.slope[i] * b.slope[j] + a.slope[j] * b.slope[i]@;",
+          "a.curvature[k] * b.value + a.value * b.curvature[k] + a.slope[i] * b.slope[j]", MOTIONS),
+    fault("manufactured-cauchy", "the body force is made of Div sigma instead of Div P", "verification/solution.hpp",
+          "const auto P  = @law.cauchy(k.F) * cofactor(k.F)@;", "law.cauchy(k.F)", MOTIONS),
+    fault("manufactured-sign", "the body force has + Div P", "verification/solution.hpp",
+          "const T scale = T(@-1.0 / density@);", "1.0 / density", MOTIONS),
+
+    # time steps and sums
+    fault("stable-step-of-full-cells", "the limit of hats and USL is that of full cells", "method/courant.hpp",
+          "limit = @0.7071@;", "1.0", "verify:StableCourantNumber.IsSharp"),
+    fault("step-without-speed", "the time step forgets |v|", "method/explicit.cpp",
+          "std::max(r, @(c[particles.material[i]] + norm(particles.v[i]))@ / model.h[a]);", "c[particles.material[i]]",
+          "pass:Step.TimeStepIsThatOfTheFastestParticle"),
+    fault("step-above-limit", "a time step by cfl may pass the limit of the method", "method/explicit.cpp",
+          "courant = @std::min(cfl * courant_scale(model.method, D), stable_courant_number(model.method, D))@;",
+          "cfl * courant_scale(model.method, D)", "pass:Step.TimeStepIsThatOfTheFastestParticle"),
+    fault("kinetic-energy-doubled", "the kinetic energy is m v^2", "method/diagnostics.hpp",
+          "r.kinetic_energy = @0.5@ * r.mass * dot(v, v);", "1.0", "pass:Step.TotalsAreSumsOverParticles"),
+    fault("strain-energy-of-V", "strain energy is summed over current volumes", "material/material.hpp",
+          "return @V0@ * law.energy(F);", "V", "pass:Step.TotalsAreSumsOverParticles"),
+    fault("spare-lanes-have-mass", "spare lanes of the last batch count in the sums", "method/diagnostics.hpp",
+          "@r.mass[lane] = 0.0;@", "", "pass:Step.TotalsAreSumsOverParticles"),
+
+    # material points of shapes
+    fault("left-edge-particles", "particles start at the left edges of their sub-cells", "particles/seeding.hpp",
+          "seed.x[a] = box.lower[a] + @(k[a] + 0.5)@ * s[a];", "k[a]", "unit:Seeding.BoxesAreFilledExactlyWhereverTheyLie"),
+    fault("seed-domain-doubled", "half-edges of box seeds are whole edges", "particles/seeding.hpp",
+          "s[a]                = length / n[a];\n        seed.volume *= s[a];\n        seed.edges(a, a) = @s[a] / 2@;", "s[a]",
+          "unit:CellSeeding.BoxesShareTheirCorners"),
+    fault("polar-volume-without-r", "polar cells have the volume dr da", "particles/seeding.hpp",
+          ".volume = @r * dr * da * dz@", "dr * da * dz", "unit:Seeding.PolarCellsHaveExactVolumes"),
+]
+
+
+class Broken(Exception):
+    """What keeps the faults from being judged."""
+
+
+# ---- planting --------------------------------------------------------------------------------------------------------
+
+
+def span_of(text, source, who):
+    """The begin and end of what is marked in a text, in a source that has the text exactly once."""
+    before, right, after = text.split("@")
+    count = source.count(before + right + after)
+    if count != 1:
+        raise Broken(f"fault {who}: {before + right + after!r} is there {count} times instead of once")
+    begin = source.index(before + right + after) + len(before)
+    return begin, begin + len(right)
+
+
+def choice(number, right, wrong):
+    if right.endswith(";"):
+        return f"{{ if (ordo::planted({number})) {{ {wrong} }} else {{ {right} }} }}"
+    return f"(ordo::planted({number}) ? ({wrong}) : ({right}))"
+
+
+def planted_sources():
+    """The files that have faults with all of them in, by name below ROOT. The number of a fault is its place in FAULTS."""
+    edits = {}
+    for number, f in enumerate(FAULTS, 1):
+        name = f"src/{f.file}"
+        source = (ROOT / name).read_text()
+        for text, wrong in f.places:
+            begin, end = span_of(text, source, f"{f.name}, {name}")
+            edits.setdefault(name, []).append((begin, end, choice(number, source[begin:end], wrong), f.name))
+    sources = {}
+    for name, of_file in edits.items():
+        source, following = (ROOT / name).read_text(), None
+        for begin, end, text, who in sorted(of_file, reverse=True):
+            if following and end > following[0]:
+                raise Broken(f"faults {who} and {following[1]} change the same text of {name}")
+            source = source[:begin] + text + source[end:]
+            following = begin, who
+        sources[name] = source
+    return sources
+
+
+def copy_sources(to):
+    """The tracked files with the faults; what has not changed since the last copy stays, so that it need not be built again."""
+    listed = subprocess.run(["git", "-C", ROOT, "ls-files", "-z"], capture_output=True, text=True)
+    if listed.returncode != 0:
+        raise Broken(f"git ls-files: {listed.stderr.strip()}")
+    planted = planted_sources()
+    files = {name: planted[name].encode() if name in planted else (ROOT / name).read_bytes()
+             for name in listed.stdout.split("\0") if (ROOT / name).is_file()}
+    files[HEADER] = HEADER_TEXT.encode()
+    for old in to.rglob("*"):
+        if old.is_file() and str(old.relative_to(to)) not in files:
+            old.unlink()
+    for name, content in files.items():
+        file = to / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        if not file.is_file() or file.read_bytes() != content:
+            file.write_bytes(content)
+
+
+def build(source, binary, layers, jobs):
+    configure = ["cmake", "-S", source, "-B", binary, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
+                 "-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG", f"-DCMAKE_CXX_FLAGS=-include {source / HEADER}",
+                 "-DORDO_TESTS=ON", "-DORDO_GMSH=OFF"]
+    compile_ = ["cmake", "--build", binary, "-j", str(jobs), "--target", *(f"test_{layer}" for layer in layers)]
+    log = binary.parent / "build.log"
+    with log.open("w") as out:
+        for command in (configure, compile_):
+            if subprocess.run(command, stdout=out, stderr=subprocess.STDOUT).returncode != 0:
+                raise Broken(f"the copy does not build, see {log}")
+
+
+# ---- running ---------------------------------------------------------------------------------------------------------
+
+
+class Tests:
+    """The test binaries of the copy."""
+
+    def __init__(self, binary):
+        self.binary = binary
+
+    def command(self, layer, *options):
+        return [self.binary / "tests" / f"test_{layer}", "--gtest_color=no", *options]
+
+    def names(self, layer):
+        """Of all tests of a layer."""
+        listed = subprocess.run(self.command(layer, "--gtest_list_tests"), capture_output=True, text=True, check=True).stdout
+        names, suite = set(), ""
+        for line in listed.splitlines():
+            word = line.split("#")[0].rstrip()
+            if line.startswith("  "):
+                names.add(suite + word.strip())
+            else:
+                suite = word
+        return names
+
+    def run(self, layer, tests, number, timeout=None):
+        """Exit code and output of tests under a fault, which ends at the first assertion that fails; None after a timeout."""
+        stop = ["--gtest_break_on_failure"] if number else []
+        environment = os.environ | {"ORDO_FAULT": str(number), "OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
+        try:
+            done = subprocess.run(self.command(layer, "--gtest_filter=" + ":".join(tests), *stop), env=environment,
+                                  timeout=timeout, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
+        except subprocess.TimeoutExpired:
+            return None, ""
+        return done.returncode, done.stdout
+
+
+def by_layer(tests):
+    """Lists of tests by the binary that has them."""
+    layers = {}
+    for test in tests:
+        layer, name = test.split(":")
+        if name not in layers.setdefault(layer, []):
+            layers[layer].append(name)
+    return layers
+
+
+def check_without_fault(tests, faults, jobs):
+    """Every test of the table exists and passes. Returns the seconds of each."""
+    wanted = by_layer(t for f in faults for t in f.tests)
+    known = {layer: tests.names(layer) for layer in wanted}
+    for f in faults:
+        for layer, names in by_layer(f.tests).items():
+            for name in names:
+                if name not in known[layer]:
+                    raise Broken(f"fault {f.name}: test_{layer} has no test {name}")
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        done = list(pool.map(lambda item: (item[0], *tests.run(*item, 0)), wanted.items()))
+    seconds = {}
+    for layer, code, output in done:
+        if code != 0:
+            failed = re.findall(r"^\[  FAILED  \] (\S+\.[^\s,]+)", output, re.MULTILINE)
+            raise Broken(f"without a fault test_{layer} fails: {', '.join(sorted(set(failed))) or f'exit code {code}'}")
+        for name, ms in re.findall(r"^\[       OK \] (\S+) \((\d+) ms\)", output, re.MULTILINE):
+            seconds[f"{layer}:{name}"] = int(ms) / 1000
+    return seconds
+
+
+@dataclasses.dataclass
+class Result:
+    caught_by: str  # LAYER:SUITE.TEST, empty where the fault survives
+    how: str
+    seconds: float
+
+
+def judge(tests, number, f, usual):
+    """Runs the tests of a fault until one catches it."""
+    begin = time.monotonic()
+    for layer, names in by_layer(f.tests).items():
+        timeout = max(60.0, 10 * sum(usual.get(f"{layer}:{name}", 0.0) for name in names))
+        code, output = tests.run(layer, names, number, timeout)
+        if code == 0:
+            continue
+        how = "time out" if code is None else "caught" if re.search(r": Failure$", output, re.MULTILINE) else "crash"
+        running = re.findall(r"^\[ RUN      \] (\S+)", output, re.MULTILINE)
+        return Result(f"{layer}:{running[-1] if running else names[0]}", how, time.monotonic() - begin)
+    return Result("", "SURVIVED", time.monotonic() - begin)
+
+
+def judge_all(tests, numbered, usual, jobs):
+    """The results of the faults in their order, each printed when it and those before it are known."""
+    width = max(len(f.name) for _, f in numbered)
+    file_width = max(len(f.file) for _, f in numbered)
+    print(f"{'fault':<{width}}  {'file below src':<{file_width}}  {'result':<8} {'s':>6}  tests")
+    results = []
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        for (_, f), r in zip(numbered, pool.map(lambda item: judge(tests, *item, usual), numbered)):
+            print(f"{f.name:<{width}}  {f.file:<{file_width}}  {r.how:<8} {r.seconds:6.1f}  {', '.join(f.tests)}", flush=True)
+            results.append(r)
+    return results
+
+
+def markdown(faults, results):
+    rows = ["| fault | in `src/` | what is wrong | caught by |", "|---|---|---|---|"]
+    for f, r in zip(faults, results):
+        by = f"`{r.caught_by.replace(':', ' ')}`" if r.caught_by else "nothing"
+        if r.how in ("crash", "time out"):
+            by += f" ({r.how})"
+        rows.append(f"| {f.name} | `{f.file}` | {f.what} | {by} |")
+    return "\n".join(rows) + "\n"
+
+
+# ---- command line ----------------------------------------------------------------------------------------------------
+
+
+def names_of_faults(text):
+    known = [f.name for f in FAULTS]
+    names = text.split(",")
+    for name in names:
+        if name not in known:
+            raise argparse.ArgumentTypeError(f"{name}: there is {', '.join(known)}")
+    return names
+
+
+def parse_options():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--dir", type=pathlib.Path, default=ROOT / "build" / "planted", help="for the copy and its build")
+    parser.add_argument("--only", type=names_of_faults, metavar="NAME,...", help="these faults only")
+    parser.add_argument("--list", action="store_true", help="print the table, once its texts are found in the sources")
+    parser.add_argument("--jobs", type=int, choices=(1, 2), default=2, help="processes at a time")
+    parser.add_argument("--markdown", type=pathlib.Path, metavar="FILE", help="file for the results")
+    return parser.parse_args()
+
+
+def run(options):
+    numbered = [(k, f) for k, f in enumerate(FAULTS, 1) if not options.only or f.name in options.only]
+    faults = [f for _, f in numbered]
+    if options.list:
+        planted_sources()
+        for f in faults:
+            print(f"{f.name}: {f.what} ({f.file}; {', '.join(f.tests)})")
+        return 0
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    times = [time.monotonic()]
+    directory = options.dir.resolve()
+    directory.mkdir(parents=True, exist_ok=True)
+    source, binary = directory / "source", directory / "build"
+    copy_sources(source)
+    build(source, binary, sorted(by_layer(t for f in faults for t in f.tests)), options.jobs)
+    times.append(time.monotonic())
+    tests = Tests(binary)
+    usual = check_without_fault(tests, faults, options.jobs)
+    times.append(time.monotonic())
+    results = judge_all(tests, numbered, usual, options.jobs)
+    times.append(time.monotonic())
+    if options.markdown:
+        options.markdown.write_text(markdown(faults, results))
+    survived = sum(not r.caught_by for r in results)
+    built, passed, judged = (end - begin for begin, end in zip(times, times[1:]))
+    print(f"{len(results) - survived} of {len(results)} faults caught; {built:.0f} s to build, {passed:.0f} s for {len(usual)} "
+          f"tests without a fault, {judged:.0f} s with faults, {(times[-1] - times[0]) / 60:.1f} min in all")
+    return 1 if survived else 0
+
+
+def main():
+    try:
+        return run(parse_options())
+    except Broken as why:
+        print(f"planted_faults: {why}", file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())
