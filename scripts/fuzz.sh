@@ -21,7 +21,7 @@ cmake --preset fuzz >/dev/null
 cmake --build --preset fuzz
 targets=("$@")
 [ ${#targets[@]} -gt 0 ] ||
-  mapfile -t targets < <(find build/fuzz/tests/fuzz -name 'fuzz_*' -executable | sed 's/.*fuzz_//' | sort)
+  mapfile -t targets < <(find build/fuzz/tests/fuzz -maxdepth 1 -type f -name 'fuzz_*' -executable | sed 's/.*fuzz_//' | sort)
 
 fuzz() {
   local target=$1 result="no finding" folders=() folder
