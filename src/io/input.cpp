@@ -276,7 +276,9 @@ toml::table parse_file(const std::filesystem::path& file)
 
 [[noreturn]] void fail_override(const std::string& text, std::string_view message)
 {
-    throw InputError(one_line(fmt::format("--set {}: {}", text, message)));
+    constexpr std::size_t enough = 200;
+    throw InputError(one_line(
+        fmt::format("--set {}{}: {}", std::string_view(text).substr(0, enough), text.size() > enough ? ".." : "", message)));
 }
 
 /// The value of `--set key=value`: TOML, or a bare word taken as a string.

@@ -254,7 +254,7 @@ OPTION_FAULTS = [
     (["--set", "material.0.density=-1"], "density", "must be positive"),
     (["--set", "output.directory=case.toml/sub"], "output.directory", "is not a directory"),
     (["--set", "body=[]", "--set", "body.0.radius=1"], "body.0.radius", "there is nothing in the list"),
-    (["--set", "grid." + "a." * 50_000 + "a=1"], "grid.a", "has a key of"),
+    (["--set", "grid." + "a." * 1000 + "a=1"], "grid.a", "has a key of"),
     (["--set", "ti\ntle"], "ti\\x0atle", "key=value"),
     (["--set", os.fsdecode(b"title=\xff")], "title", "is neither TOML nor text"),
     (["--output", "case.toml"], "case.toml", "is not a directory"),
