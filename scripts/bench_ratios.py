@@ -20,6 +20,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SPIKE_FLAGS = ["-O3", "-march=native", "-ffast-math", "-fopenmp"]
@@ -207,6 +208,55 @@ def judge_avx2(table, bench, options):
         table.judge("avx2", what, ">=", 0.5, lambda: ratio(*speeds, options.runs))
 
 
+WRITING_CASE = """
+[grid]
+dim = 3
+spacing = 0.015625
+size = [1.0, 1.0, 1.0]
+[method]
+preset = "mpm"
+[time]
+end = {end}
+dt = {dt}
+[output]
+interval = {interval}
+[[material]]
+name = "solid"
+model = "neo-hookean"
+young = 1e7
+poisson = 0.3
+density = 1000.0
+[[body]]
+material = "solid"
+shape = "box"
+lower = [0.25, 0.25, 0.25]
+upper = [0.75, 0.75, 0.75]
+velocity = [1.0, 0.0, 0.0]
+"""
+
+
+def judge_writing(table, bench, options):
+    """A run that writes particles every 100 steps over one that writes the first and the last ones."""
+    dt, steps = 1e-5, 500
+
+    def run(interval):
+        def measure():
+            with tempfile.TemporaryDirectory() as directory:
+                case = pathlib.Path(directory) / "case.toml"
+                case.write_text(WRITING_CASE.format(end=dt * steps, dt=dt, interval=interval))
+                begin = time.perf_counter()
+                done = subprocess.run([bench.ordo, "run", case, "--quiet", "--output", pathlib.Path(directory) / "out"],
+                                      capture_output=True, text=True)
+                if done.returncode != 0:
+                    raise Failed(done.stderr.strip())
+                return time.perf_counter() - begin
+
+        return measure
+
+    table.judge("writing", "time of mpm with particles every 100 steps over first and last, 3D", "<=", 1.05,
+                lambda: ratio(run(100 * dt), run(steps * dt), options.runs))
+
+
 def judge_memory(table, bench, _):
     for method, limit in RESIDENT:
         table.judge("memory", f"resident bytes a particle of {method}, 3D", "<=", limit,
@@ -221,6 +271,7 @@ GROUPS = {
     "avx2": judge_avx2,
     "sizes": judge_sizes,
     "threads": judge_threads,
+    "writing": judge_writing,
 }
 
 

@@ -71,6 +71,7 @@ def parse_options():
 
 def main():
     options = parse_options()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background has it switched off, and so would ordo
     with tempfile.TemporaryDirectory() as folder:
         directory = pathlib.Path(folder)
         cells = refinement(options, directory)

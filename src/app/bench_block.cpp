@@ -38,6 +38,9 @@ double seconds_of(F&& f)
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
+/// Of the block, in that of the box: splines that are fitted to particles want it full.
+double side_of(const MethodSpec& method) { return is_spline_fit(method) ? 1.0 : 0.75; }
+
 template <int D>
 Model<D> block_model(const MethodSpec& spec, int cells)
 {
@@ -47,13 +50,18 @@ Model<D> block_model(const MethodSpec& spec, int cells)
     model.cells     = Index<D>::filled(cells);
     model.materials = {elastic_material(MaterialModel::neo_hookean, kDensity, kYoung, kPoisson)};
     model.body_forces.resize(2);
+    if (is_spline_fit(spec))
+        for (int a = 0; a < D; ++a)
+            for (const bool above : {false, true})
+                model.boundaries.push_back(
+                    {.axis = a, .outer_is_above = above, .at = above ? 1.0 : 0.0, .type = BoundaryType::symmetry, .value = {}});
     return model;
 }
 
 template <int D>
 Particles<D> block_particles(const Model<D>& model)
 {
-    const int low  = model.cells[0] / 8;
+    const int low  = static_cast<int>(std::lround(0.5 * (1 - side_of(model.method)) * model.cells[0]));
     const double h = model.h[0];
     Particles<D> p = plant_all(model, fill_box(Bounds<D>{Vec<D>::filled(low * h), Vec<D>::filled((model.cells[0] - low) * h)},
                                                SubCells<D>{Vec<D>{}, model.h, Index<D>::filled(2)}));
@@ -111,7 +119,8 @@ Measurement run_block(const BenchTask& task)
 {
     Measurement m{};
     const double per_axis = std::pow(task.particles, 1.0 / D) / 2;  // cells along a side of the block
-    m.cells_per_axis      = std::max(8, static_cast<int>(std::lround(per_axis / 0.75 / 8)) * 8);
+    const int unit        = is_spline_fit(task.method) ? 4 : 8;     // cells, of which the block's share is whole
+    m.cells_per_axis      = std::max(1, static_cast<int>(std::lround(per_axis / side_of(task.method) / unit))) * unit;
     m.courant_number      = courant_number(task.method);
     const double dt       = m.courant_number / m.cells_per_axis / std::sqrt(kYoung / kDensity);
 

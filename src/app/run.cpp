@@ -26,7 +26,8 @@ volatile std::sig_atomic_t g_signal = 0;
 
 extern "C" void remember_signal(int signal) { g_signal = signal; }
 
-/// Finishes the step on SIGINT, SIGTERM and SIGHUP; a second signal of the same kind kills.
+/// Finishes the step on SIGINT, SIGTERM and SIGHUP, but for one that nohup has switched off; a second signal of the same kind
+/// kills.
 void catch_signals()
 {
     struct sigaction action {};
@@ -34,7 +35,9 @@ void catch_signals()
     action.sa_flags   = static_cast<int>(SA_RESETHAND);
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
-    sigaction(SIGHUP, &action, nullptr);
+    struct sigaction before {};
+    sigaction(SIGHUP, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);
 }
 
 io::CaseInput read(const RunOptions& options)

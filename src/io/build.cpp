@@ -208,7 +208,9 @@ Filling<D> fill_body(const BodyInput& b, const Model<D>& model, double most)
 {
     if (b.shape == "particles") return {read_particles<D>(b)};
     if (b.shape == "mesh") return fill_mesh<D>(b);
-    const SubCells<D> cells{model.origin, model.h, to_vec<D, int>(b.particles_per_cell)};
+    const SubCells<D> cells{model.origin, model.h, to_vec<D, int>(b.particles_per_cell), b.seeding == "gauss"};
+    if (cells.gauss && model.method.domain != Domain::point)
+        b.fail("seeding", "gauss has no domains that tile the body: use centres, or a method with method.domain \"point\"");
     Filling<D> filling{};
     if (b.shape == "box") {
         const Bounds<D> box{to_vec<D>(b.lower), to_vec<D>(b.upper)};
@@ -463,6 +465,25 @@ void set_up_enrichment(const CaseInput& in, const Model<D>& model, Particles<D>&
                        "both sides; or choose enrichment = \"all\" or a method without (cpdi2)");
 }
 
+/// Projection spline-fit takes bodies that fill a grid between walls.
+template <int D>
+void require_splines(const CaseInput& in, const Model<D>& model, int particles)
+{
+    const std::string key = in.method.has("projection") ? "projection" : "preset";
+    double cells          = 1;
+    for (int a = 0; a < D; ++a) cells *= model.cells[a];
+    if (cells > particles)
+        in.method.fail(
+            key, fmt::format("fits splines on {} cells to {} particles, and wants two or more a cell along each axis: let the "
+                             "body fill the grid, or the grid end where it does",
+                             cells, particles));
+    try {
+        static_cast<void>(SplineScheme<D>(model));
+    } catch (const InputError& e) {
+        in.method.fail(key, e.what());
+    }
+}
+
 template <int D>
 void require_stable(const CaseInput& in, const Model<D>& model, const Particles<D>& particles)
 {
@@ -546,6 +567,7 @@ Built<D> build(const CaseInput& in, double most_particles)
         if (!in.tractions.empty()) set_up_tractions(in, static_cast<int>(k), meshes[k], first[k], model, p);
     }
     if (has_enrichment(model.method)) set_up_enrichment(in, model, p);
+    if (is_spline_fit(model.method)) require_splines(in, model, p.count);
     require_stable(in, model, p);
     return {std::move(model), std::move(p)};
 }

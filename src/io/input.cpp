@@ -44,8 +44,10 @@ template <class E>
 E choice_type(E MethodSpec::*);
 
 /// Numbers of the method, in the order of `settings`.
-constexpr std::array kMethodSettings{&MethodInput::degree,     &MethodInput::pic_fraction,  &MethodInput::a0,
-                                     &MethodInput::lump_below, &MethodInput::stretch_limit, &MethodInput::layers};
+constexpr std::array kMethodSettings{&MethodInput::degree,        &MethodInput::pic_fraction,  &MethodInput::a0,
+                                     &MethodInput::lump_below,    &MethodInput::stretch_limit, &MethodInput::layers,
+                                     &MethodInput::stress_degree, &MethodInput::removed_knots, &MethodInput::removed_stress_knots,
+                                     &MethodInput::null_damping};
 static_assert(kMethodSettings.size() == settings.size());
 
 // clang-format off
@@ -141,6 +143,7 @@ const Section<BodyInput>& body_section()
                      {&BodyInput::layers, {.name = "layers", .what = "polar cells along the axis of a cylinder", .default_text = "from particles_per_cell", .min = 1}},
                      {&BodyInput::file, {.name = "file", .what = "relative to the case file. Of shape particles a CSV file: columns x, y, z, volume and optional half-edge vectors r1x, r1y, ..; of shape mesh a Gmsh file (.msh, 2.2 or 4.1)", }},
                      {&BodyInput::group, {.name = "group", .what = "physical group of the mesh", .default_text = "all elements"}},
+                     {&BodyInput::seeding, {.name = "seeding", .what = "particles at the centres of equal sub-cells, or at Gauss points with Gauss's weights (method.domain point)", .default_text = "\"centres\"", .choices = {"centres", "gauss"}}},
                      {&BodyInput::particles_per_cell, {.name = "particles_per_cell", .what = "particles of a whole cell (4 in 2D is 2 x 2), or one number per axis", .default_text = "2 per axis", .per_axis = true, .min = 1, .max = 1000}},
                      {&BodyInput::velocity, {.name = "velocity", .what = "initial velocity", .unit = "m/s", .default_text = "0 per axis", .per_axis = true}},
                      {&BodyInput::body_force, {.name = "body_force", .what = "force per mass, beside gravity; may use the initial place X, Y, Z", .unit = "m/s^2", .default_text = "0 per axis", .per_axis = true}}}};
@@ -404,8 +407,10 @@ MethodSpec resolve_method(MethodInput& in)
         // The key to blame is the last that the rule names and the input has.
         std::istringstream words{std::string(rule->what)};
         std::string key = "preset";
-        for (std::string word; words >> word;)
+        for (std::string word; words >> word;) {
+            if (word.ends_with(',')) word.pop_back();
             if (in.has(word)) key = word;
+        }
         in.fail(key, fmt::format("{} is not allowed: {}", rule->what, rule->why));
     }
     return spec;
@@ -493,6 +498,7 @@ void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
     if (polar && !(in.inner_radius.value_or(0) > 0)) in.fail("cells", "polar cells need a hole: give an inner_radius above zero");
     for (const char* key : {"radial", "angular", "layers"})
         if (in.has(key) && !polar) in.fail(key, "needs cells = \"polar\"");
+    if (polar && in.has("seeding")) in.fail("seeding", "needs cells = \"cartesian\"");
 
     if (in.shape != "particles" && in.shape != "mesh") {
         std::vector<int>& n = in.particles_per_cell;
@@ -653,10 +659,10 @@ void validate(CaseInput& c, const std::filesystem::path& file)
 const std::vector<ShapeInfo>& shapes()
 {
     static const std::vector<ShapeInfo> rows = {
-        {"ball", "a ball; a disk in 2D, an interval in 1D", {"center", "radius"}, {"particles_per_cell"}, 1, 3},
-        {"box", "a box; its own equal sub-cells, as close to the grid's as fit it exactly", {"lower", "upper"}, {"particles_per_cell"}, 1, 3},
-        {"ring", "an annulus or a part of it", {"center", "inner_radius", "radius"}, {"angle", "cells", "radial", "angular", "particles_per_cell"}, 2, 2},
-        {"cylinder", "a cylinder or tube along an axis, or a part of it", {"center", "radius", "height"}, {"inner_radius", "axis", "angle", "cells", "radial", "angular", "layers", "particles_per_cell"}, 3, 3},
+        {"ball", "a ball; a disk in 2D, an interval in 1D", {"center", "radius"}, {"particles_per_cell", "seeding"}, 1, 3},
+        {"box", "a box; its own equal sub-cells, as close to the grid's as fit it exactly", {"lower", "upper"}, {"particles_per_cell", "seeding"}, 1, 3},
+        {"ring", "an annulus or a part of it", {"center", "inner_radius", "radius"}, {"angle", "cells", "radial", "angular", "particles_per_cell", "seeding"}, 2, 2},
+        {"cylinder", "a cylinder or tube along an axis, or a part of it", {"center", "radius", "height"}, {"inner_radius", "axis", "angle", "cells", "radial", "angular", "layers", "particles_per_cell", "seeding"}, 3, 3},
         {"particles", "material points from a CSV file", {"file"}, {}, 1, 3},
         {"mesh", "the elements of a Gmsh mesh, one particle each; faces inner and outer need its center, in 3D also its axis", {"file"}, {"group", "center", "axis"}, 1, 3},
     };

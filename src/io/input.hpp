@@ -21,7 +21,8 @@ struct MethodInput : Located {
     std::string preset = "cpdi1";
     std::string basis, domain, cell_weights, enrichment, corner_velocity, projection, weight, samples, tls, quadrature,
         cell_volume, mass, gradient, update, scheme, start;
-    std::optional<double> degree, pic_fraction, a0, lump_below, stretch_limit, layers;
+    std::optional<double> degree, pic_fraction, a0, lump_below, stretch_limit, layers, stress_degree, removed_knots,
+        removed_stress_knots, null_damping;
 };
 
 struct TimeInput : Located {
@@ -45,6 +46,7 @@ struct BodyInput : Located {
     std::string cells;
     std::optional<int> radial, angular, layers;
     std::vector<int> particles_per_cell;
+    std::string seeding;
     std::vector<Expression> velocity, body_force;
 };
 

@@ -95,6 +95,16 @@ struct JaumannElastic {
         for (int a = 0; a < D; ++a) s(a, a) += T(lambda) * trace(e);
         return Q * sigma * transpose(Q) + q * s * transpose(q);
     }
+    /// sigma' at a velocity gradient L.
+    template <int D, class T>
+    ORDO_FLAT Mat<D, T> rate(const Mat<D, T>& sigma, const Mat<D, T>& L) const
+    {
+        const T half(0.5);
+        const Mat<D, T> d = half * (L + transpose(L)), w = half * (L - transpose(L));
+        Mat<D, T> s = w * sigma - sigma * w + T(2 * mu) * d;
+        for (int a = 0; a < D; ++a) s(a, a) += T(lambda) * trace(d);
+        return s;
+    }
     /// Stored energy per current volume, sigma : C^-1 : sigma / 2, J/m^D. The strain across a 1D or 2D problem is zero.
     template <int D, class T>
     ORDO_FLAT T energy(const Mat<D, T>& sigma) const
@@ -119,6 +129,11 @@ struct LinearRate1D {
         return sigma + T(young) * G;
     }
     template <class T>
+    ORDO_FLAT Mat<1, T> rate(const Mat<1, T>&, const Mat<1, T>& L) const
+    {
+        return T(young) * L;
+    }
+    template <class T>
     ORDO_FLAT T energy(const Mat<1, T>& sigma) const
     {
         return sigma(0, 0) * sigma(0, 0) * T(1 / (2 * young));
@@ -138,6 +153,7 @@ template <class M>
 concept RateLaw = requires(const M m, const Mat<1>& sigma, const Mat<1>& G)
 {
     {m.update(sigma, G)};
+    {m.rate(sigma, G)};
     {m.energy(sigma)};
 };
 static_assert(Hyperelastic<NeoHookean> && Hyperelastic<StVenantKirchhoff>);
@@ -152,6 +168,11 @@ struct Material {
     double lambda       = 0.0;  ///< first Lame constant, Pa; zero for linear_rate_1d
     double mu           = 0.0;  ///< shear modulus, Pa; half of Young's modulus for linear_rate_1d
 
+    /// Whether stress is carried along, not a function of F.
+    ORDO_FLAT bool is_rate_law() const
+    {
+        return model == MaterialModel::jaumann_elastic || model == MaterialModel::linear_rate_1d;
+    }
     /// P-wave modulus lambda + 2 mu, Pa: E for linear_rate_1d.
     ORDO_FLAT double p_wave_modulus() const { return lambda + 2 * mu; }
     /// sqrt((lambda + 2 mu)/rho0), m/s.
@@ -186,6 +207,18 @@ ORDO_FLAT inline Mat<D> initial_stress(const Material& m, const Mat<D>& F)
     return with_material<D>(m, [&](const auto& law) {
         if constexpr (Hyperelastic<std::decay_t<decltype(law)>>)
             return law.cauchy(F);
+        else
+            return Mat<D>{};
+    });
+}
+
+/// sigma' of a rate law at a velocity gradient L, Pa/s; zero where stress is a function of F.
+template <int D>
+ORDO_FLAT inline Mat<D> stress_rate(const Material& m, const Mat<D>& sigma, const Mat<D>& L)
+{
+    return with_material<D>(m, [&](const auto& law) {
+        if constexpr (RateLaw<std::decay_t<decltype(law)>>)
+            return law.rate(sigma, L);
         else
             return Mat<D>{};
     });

@@ -11,21 +11,21 @@
 
 namespace ordo {
 
-enum class Basis { hat, bspline2, bspline3, ddmpm };
+enum class Basis { hat, bspline2, bspline3, bspline4, bspline5, ddmpm };
 enum class Domain { point, box, stretched_box, parallelepiped, cell, simplex };
 enum class CornerWeights { exact, mean };
 enum class Enrichment { none, interface, adjacent, layers, all };
 enum class CornerVelocity { remapped, kept };
-enum class Projection { mass, gradient_enhanced, affine, polynomial, mls, imls, tls };
+enum class Projection { mass, gradient_enhanced, affine, polynomial, mls, imls, tls, spline_fit };
 enum class Weight { hat, quadratic, cubic };
 enum class Samples { particles, corners };
 enum class Tls { both, velocity, stress };
-enum class Quadrature { particle, cell, gauss };
+enum class Quadrature { particle, cell, gauss, spline };
 enum class CellVolume { full, filled };
 enum class MassMatrix { lumped, consistent };
-enum class Gradient { shape, adjoint, affine };
+enum class Gradient { shape, adjoint, affine, projected };
 enum class Update { flip, apic, polypic };
-enum class Scheme { usf, usl, musl };
+enum class Scheme { usf, usl, musl, rk3, rk4 };
 enum class Start { leapfrog, plain };
 
 /// One choice of an axis: its value, its name in the input, a sentence.
@@ -47,6 +47,8 @@ template <> struct Axis<Basis> {
         Choice<Basis>{Basis::hat, "hat", "piecewise linear"},
         Choice<Basis>{Basis::bspline2, "bspline2", "quadratic splines, knots clamped at the grid's faces (Wobbes et al. 2020)"},
         Choice<Basis>{Basis::bspline3, "bspline3", "cubic splines, knots clamped at the grid's faces"},
+        Choice<Basis>{Basis::bspline4, "bspline4", "the same of degree 4, of projection spline-fit"},
+        Choice<Basis>{Basis::bspline5, "bspline5", "the same of degree 5"},
         Choice<Basis>{Basis::ddmpm, "ddmpm", "hats with the dual-domain gradient (Zhang et al. 2011; Wobbes et al. 2020)"}};
 };
 template <> struct Axis<Domain> {
@@ -89,7 +91,8 @@ template <> struct Axis<Projection> {
         Choice<Projection>{Projection::polynomial, "polynomial", "the same of a polynomial a particle, of `degree` an axis (Fu et al. 2017); conserves linear momentum"},
         Choice<Projection>{Projection::mls, "mls", "moving least squares of `degree` at the nodes, degree 0 where they are singular (Gong 2015, sec. 5.3); does not conserve momentum"},
         Choice<Projection>{Projection::imls, "imls", "the same, but only the monomials are left out that samples do not determine (Tran et al. 2019); does not conserve momentum"},
-        Choice<Projection>{Projection::tls, "tls", "Taylor least squares of `degree` a cell, at Gauss points (Wobbes et al. 2020); conserves mass and linear momentum"}};
+        Choice<Projection>{Projection::tls, "tls", "Taylor least squares of `degree` a cell, at Gauss points (Wobbes et al. 2020); conserves mass and linear momentum"},
+        Choice<Projection>{Projection::spline_fit, "spline-fit", "the splines of `basis` that fit the particles best (docs/high_order.md); conserves momentum up to the error of the particles' masses as a quadrature"}};
 };
 template <> struct Axis<Weight> {
     static constexpr std::string_view key = "weight", what = "weight of a sample at a node, of mls and imls";
@@ -116,7 +119,8 @@ template <> struct Axis<Quadrature> {
     static constexpr std::array choices{
         Choice<Quadrature>{Quadrature::particle, "particle", "sum over particle volumes; conserves mass and linear momentum"},
         Choice<Quadrature>{Quadrature::cell, "cell", "one point a cell, mls of density, stress and body force (IMPM, Gong 2015, sec. 5.3); does not conserve mass"},
-        Choice<Quadrature>{Quadrature::gauss, "gauss", "2^D Gauss points a cell, Taylor least squares of stress and body force (Wobbes et al. 2020); of mass with projection tls"}};
+        Choice<Quadrature>{Quadrature::gauss, "gauss", "2^D Gauss points a cell, Taylor least squares of stress and body force (Wobbes et al. 2020); of mass with projection tls"},
+        Choice<Quadrature>{Quadrature::spline, "spline", "Gauss points of splines of density, body force and stress that fit the particles best"}};
 };
 template <> struct Axis<CellVolume> {
     static constexpr std::string_view key = "cell_volume", what = "volume of a cell in quadratures cell and gauss";
@@ -135,7 +139,8 @@ template <> struct Axis<Gradient> {
     static constexpr std::array choices{
         Choice<Gradient>{Gradient::shape, "shape", "sum_i v_i (x) grad phi_ip"},
         Choice<Gradient>{Gradient::adjoint, "adjoint", "quadratic-spline interpolation of the gradients at cell centres, the adjoint of quadrature cell (docs/design.md)"},
-        Choice<Gradient>{Gradient::affine, "affine", "the affine matrix C_p, in forces too (MLS-MPM, Hu et al. 2018)"}};
+        Choice<Gradient>{Gradient::affine, "affine", "the affine matrix C_p, in forces too (MLS-MPM, Hu et al. 2018)"},
+        Choice<Gradient>{Gradient::projected, "projected", "grad v_h projected onto the splines of the stress, the adjoint of quadrature spline"}};
 };
 template <> struct Axis<Update> {
     static constexpr std::string_view key = "update", what = "velocity from nodes to particles";
@@ -149,7 +154,9 @@ template <> struct Axis<Scheme> {
     static constexpr std::array choices{
         Choice<Scheme>{Scheme::usf, "usf", "stress first, from the projected velocity"},
         Choice<Scheme>{Scheme::usl, "usl", "stress last, from the advanced velocity"},
-        Choice<Scheme>{Scheme::musl, "musl", "stress last, from the velocity projected again after the particle update"}};
+        Choice<Scheme>{Scheme::musl, "musl", "stress last, from the velocity projected again after the particle update"},
+        Choice<Scheme>{Scheme::rk3, "rk3", "Heun's three stages of third order, particles as their data"},
+        Choice<Scheme>{Scheme::rk4, "rk4", "the four classical stages of fourth order"}};
 };
 template <> struct Axis<Start> {
     static constexpr std::string_view key = "start", what = "time level of the velocities";
@@ -208,6 +215,10 @@ struct MethodSpec {
     double lump_below              = 0.3;
     double stretch_limit           = 0.0;
     double layers                  = 2;
+    double stress_degree           = 3;
+    double removed_knots           = 0;
+    double removed_stress_knots    = 0;
+    double null_damping            = 0.01;
 
     bool operator==(const MethodSpec&) const = default;
 };
@@ -252,7 +263,14 @@ inline constexpr std::array settings{
     Setting{"stretch_limit", &MethodSpec::stretch_limit, 0, 30,
             "parallelepiped: largest distance of a corner from the particle, cells; wider domains are scaled (Homel et al. "
             "2016); 0: none"},
-    Setting{"layers", &MethodSpec::layers, 0, 1000, "layers of cells on both sides of an interface, of enrichment layers", true}};
+    Setting{"layers", &MethodSpec::layers, 0, 1000, "layers of cells on both sides of an interface, of enrichment layers", true},
+    Setting{"stress_degree", &MethodSpec::stress_degree, 1, 5,
+            "spline-fit: of the splines of the stress and the velocity gradient", true},
+    Setting{"removed_knots", &MethodSpec::removed_knots, 0, 3,
+            "spline-fit: knots left out next to each wall, of the velocity's splines", true},
+    Setting{"removed_stress_knots", &MethodSpec::removed_stress_knots, 0, 3, "spline-fit: the same of the stress' splines", true},
+    Setting{"null_damping", &MethodSpec::null_damping, 0, 1,
+            "spline-fit: part of what splines do not hold of the velocity that a step takes away"}};
 
 /// A combination that makes no sense, and why.
 struct Rule {
@@ -263,6 +281,24 @@ struct Rule {
 
 inline bool has_cells(const MethodSpec& s) { return s.domain == Domain::cell || s.domain == Domain::simplex; }
 inline bool has_splines(const MethodSpec& s) { return s.basis == Basis::bspline2 || s.basis == Basis::bspline3; }
+/// The scheme of docs/high_order.md.
+inline bool is_spline_fit(const MethodSpec& s) { return s.projection == Projection::spline_fit; }
+inline bool has_stages_of_runge_kutta(const MethodSpec& s) { return s.scheme == Scheme::rk3 || s.scheme == Scheme::rk4; }
+/// Of a scheme of Runge and Kutta.
+inline int stages_of(Scheme scheme) { return scheme == Scheme::rk3 ? 3 : 4; }
+/// Of the splines, 1 for hats.
+inline int degree_of(Basis basis)
+{
+    switch (basis) {
+    case Basis::bspline2: return 2;
+    case Basis::bspline3: return 3;
+    case Basis::bspline4: return 4;
+    case Basis::bspline5: return 5;
+    case Basis::hat:
+    case Basis::ddmpm: break;
+    }
+    return 1;
+}
 inline bool has_enrichment(const MethodSpec& s) { return s.enrichment != Enrichment::none; }
 inline bool keeps_corner_velocity(const MethodSpec& s) { return s.corner_velocity == CornerVelocity::kept; }
 /// Velocities of the nodes are least-squares fits there.
@@ -287,7 +323,7 @@ inline bool carries_gradient(const MethodSpec& s)
 /// that only they reach have the particles' mass besides.
 inline bool keeps_mass(const MethodSpec& s)
 {
-    return s.quadrature != Quadrature::cell && !(has_tls_velocity(s) && s.domain != Domain::point);
+    return !is_spline_fit(s) && s.quadrature != Quadrature::cell && !(has_tls_velocity(s) && s.domain != Domain::point);
 }
 /// So is the momentum of the particles before a step and after it, but for forces from outside. Velocities by least squares
 /// do not keep it on the nodes, but increments from them do on the particles, where node masses are sums over particles.
@@ -372,6 +408,35 @@ inline const std::vector<Rule>& rules()
          "the stress that it reconstructs is asked for at Gauss points: set quadrature to gauss, or tls to velocity"},
         {[](const MethodSpec& s) { return s.projection == Projection::tls && s.quadrature == Quadrature::cell; },
          "projection tls with quadrature cell", "mass would be that of two quadratures: set quadrature to gauss or particle"},
+        {[](const MethodSpec& s) {
+             const bool is_projected = s.gradient == Gradient::projected, has_stages = has_stages_of_runge_kutta(s);
+             return (s.quadrature == Quadrature::spline) != is_spline_fit(s) || is_projected != is_spline_fit(s) ||
+                    has_stages != is_spline_fit(s) || (s.mass == MassMatrix::lumped && is_spline_fit(s));
+         },
+         "projection spline-fit without quadrature spline, gradient projected, scheme rk3 or rk4 and mass consistent, or one of "
+         "these "
+         "three without it",
+         "they are one scheme: its fits and its gradient are each other's adjoint; use preset spline3, spline4 or spline5"},
+        {[](const MethodSpec& s) { return is_spline_fit(s) && s.domain != Domain::point; },
+         "projection spline-fit with a domain other than point", "splines are fitted to what particles have where they are"},
+        {[](const MethodSpec& s) {
+             return is_spline_fit(s) &&
+                    (s.basis == Basis::ddmpm || s.pic_fraction > 0 || s.start == Start::plain || s.update != Update::flip);
+         },
+         "projection spline-fit with basis ddmpm, pic_fraction, start plain or an update other than flip",
+         "its stages have velocities at the times of positions and particles that take the grid's acceleration; null_damping "
+         "damps"},
+        {[](const MethodSpec& s) { return (s.basis == Basis::bspline4 || s.basis == Basis::bspline5) && !is_spline_fit(s); },
+         "basis bspline4 or bspline5 with a projection other than spline-fit",
+         "sums over particles gain nothing from them: use bspline3"},
+        {[](const MethodSpec& s) {
+             const MethodSpec usual;
+             return !is_spline_fit(s) &&
+                    (s.stress_degree != usual.stress_degree || s.removed_knots != usual.removed_knots ||
+                     s.removed_stress_knots != usual.removed_stress_knots || s.null_damping != usual.null_damping);
+         },
+         "stress_degree, removed_knots, removed_stress_knots or null_damping with a projection other than spline-fit",
+         "they say what splines that projection fits"},
     };
     return rows;
 }
@@ -401,6 +466,20 @@ inline MethodSpec tls(Basis basis)
             .mass        = MassMatrix::consistent,
             .scheme      = Scheme::musl,
             .degree      = 2};
+}
+
+/// Splines of this degree that fit the particles, the stress' of another.
+inline MethodSpec spline_fit(Basis basis, double stress_degree, double removed_knots, double removed_stress_knots, Scheme scheme)
+{
+    return {.basis                = basis,
+            .projection           = Projection::spline_fit,
+            .quadrature           = Quadrature::spline,
+            .mass                 = MassMatrix::consistent,
+            .gradient             = Gradient::projected,
+            .scheme               = scheme,
+            .stress_degree        = stress_degree,
+            .removed_knots        = removed_knots,
+            .removed_stress_knots = removed_stress_knots};
 }
 
 /// The presets, in the order of `ordo list methods`.
@@ -467,6 +546,12 @@ inline const std::vector<Preset>& presets()
         {"polypic",
          "polynomial particle-in-cell, multilinear (Fu et al. 2017)",
          {.basis = Basis::bspline2, .projection = Projection::polynomial, .update = Update::polypic}},
+        {"spline3", "third order at large deformation: cubic splines fitted to particles, three stages (docs/high_order.md)",
+         spline_fit(Basis::bspline3, 3, 0, 0, Scheme::rk3)},
+        {"spline4", "fourth order: the same with stresses of degree 4 and four stages",
+         spline_fit(Basis::bspline3, 4, 0, 1, Scheme::rk4)},
+        {"spline5", "fourth order wherever particles lie: splines of degree 4, stresses of degree 5",
+         spline_fit(Basis::bspline4, 5, 1, 1, Scheme::rk4)},
     };
     return rows;
 }

@@ -10,33 +10,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
 namespace ordo {
 
 namespace {
-
-/// Adds the time from construction to destruction to a stage.
-class Stopwatch {
-  public:
-    Stopwatch(StageTimes* times, StageTimes::Stage stage) : times_(times), stage_(stage)
-    {
-        if (times_) begin_ = Clock::now();
-    }
-    ~Stopwatch()
-    {
-        if (times_) times_->seconds[stage_] += std::chrono::duration<double>(Clock::now() - begin_).count();
-    }
-    Stopwatch(const Stopwatch&) = delete;
-
-  private:
-    using Clock = std::chrono::steady_clock;
-    StageTimes* times_;
-    StageTimes::Stage stage_;
-    Clock::time_point begin_{};
-};
 
 std::string describe(Fault fault, const MethodSpec& method)
 {
@@ -88,6 +67,7 @@ Explicit<D>::Explicit(Model<D> model)
     : model_(std::move(model)),
       passes_(choose_passes<D>(model_.method)),
       mass_solver_(passes_, model_.method.lump_below, has_tls_velocity(model_.method)),
+      splines_(is_spline_fit(model_.method) ? std::make_shared<const SplineScheme<D>>(model_) : nullptr),
       has_body_force_(field_groups(model_).body_force),
       keeps_gradient_(model_.method.scheme == Scheme::usl && carries_gradient(model_.method) &&
                       model_.method.projection != Projection::affine)
@@ -139,6 +119,18 @@ void Explicit<D>::step(State<D>& s, double dt) const
 {
     const Scheme scheme = model_.method.scheme;
     ORDO_EXPECT(dt > 0);
+    if (splines_) {
+        arrange(s);
+        s.projection.fit = {};
+        splines_->step(
+            model_, s, dt, [&](double t) { evaluate_external_forces(s, t); }, times_);
+        if (times_) {
+            for (const long n : s.spline.iterations) times_->mass_iterations += n;
+            times_->mass_solves += static_cast<long>(s.spline.iterations.size()) * stages_of(scheme);
+        }
+        finish_step(s, dt);
+        return;
+    }
     if (s.n == 0 && model_.method.start == Start::plain) {  // as if a step had led here
         s.dt_prev = dt;
         s.t_v     = s.t - 0.5 * dt;
@@ -161,10 +153,10 @@ void Explicit<D>::step(State<D>& s, double dt) const
         constrain(s, strain, s.t_v);
         find_gradients(s, strain);
         gather(s, passes_.stress_of_past, strain, s.dt_prev);  // F_p, sigma_p at t_n from v_i of the step that led here
-        evaluate_external_forces(s);
+        evaluate_external_forces(s, s.t);
         add_forces(s, nodes, false);  // f_i <- sigma_p
     } else {
-        evaluate_external_forces(s);
+        evaluate_external_forces(s, s.t);
         has_velocities = project_and_force(s, nodes);  // m_i, (m v)_i or v_i, f_i <- particles
     }
     if (s.projection.is_wanted) report_projection(s, nodes, has_velocities);
@@ -194,12 +186,22 @@ void Explicit<D>::step(State<D>& s, double dt) const
         gather(s, passes_.update_stress, strain, dt);  // F_p, sigma_p from the remapped velocity
         if (passes_.move) gather(s, passes_.move, nodes, dt);
         break;
+    case Scheme::rk3:
+    case Scheme::rk4: break;  // of splines
     }
     if (passes_.move_corners) move_corners(s, nodes, dt);  // cells: x_c, then x_p and V_p
+    s.t_v = t_kicked;
+    finish_step(s, dt);
+}
+
+/// Times of what the step has changed.
+template <int D>
+void Explicit<D>::finish_step(State<D>& s, double dt) const
+{
     const double t_before = s.t;
     advance_time(s, dt);
-    s.t_F     = scheme == Scheme::usf ? t_before : s.t;
-    s.t_v     = t_kicked;
+    s.t_F = model_.method.scheme == Scheme::usf ? t_before : s.t;
+    if (splines_) s.t_v = s.t;
     s.dt_prev = dt;
     ++s.n;
     s.mass.is_formed = false;         // particles have moved
@@ -213,7 +215,11 @@ const ProjectionReport& Explicit<D>::project(State<D>& s) const
     Lanes* nodes = s.nodes.data();
     clear_nodes(s, nodes);
     s.projection.fit = {};
-    evaluate_external_forces(s);
+    evaluate_external_forces(s, s.t);
+    if (splines_) {
+        splines_->project(model_, s);
+        return s.projection;
+    }
     const bool has_velocities = project_and_force(s, nodes);
     report_projection(s, nodes, has_velocities);
     if (!has_velocities) velocities(s, nodes);
@@ -233,19 +239,19 @@ void Explicit<D>::arrange(State<D>& s) const
 }
 
 template <int D>
-void Explicit<D>::evaluate_external_forces(State<D>& s) const
+void Explicit<D>::evaluate_external_forces(State<D>& s, double t) const
 {
     Stopwatch watch(times_, StageTimes::body_force);
     const ParticleView<D> p = s.particles.view();
-    if (!model_.tractions.empty()) evaluate_loads(model_.loads, model_.tractions, s.lattice, p, s.t);
+    if (!model_.tractions.empty()) evaluate_loads(model_.loads, model_.tractions, s.lattice, p, t);
     if (!has_body_force_) return;
     if (model_.body_force_kernel) {
-        parallel_pieces(p.count, [&](std::ptrdiff_t begin, std::ptrdiff_t end) { model_.body_force_kernel(p, begin, end, s.t); });
+        parallel_pieces(p.count, [&](std::ptrdiff_t begin, std::ptrdiff_t end) { model_.body_force_kernel(p, begin, end, t); });
         return;
     }
     parallel_for_each(p.count, [&](std::ptrdiff_t i) {
         p.b[i] = evaluate<D>(model_.body_forces[p.body[i]],
-                             {padded(place_in_period(model_, s.particles, static_cast<int>(i))), padded(p.X[i]), s.t});
+                             {padded(place_in_period(model_, s.particles, static_cast<int>(i))), padded(p.X[i]), t});
     });
 }
 

@@ -1,22 +1,16 @@
-// The explicit step: USF, USL and MUSL on symplectic Euler or leapfrog, from the passes of a method.
+// The explicit step: USF, USL and MUSL on symplectic Euler or leapfrog, from the passes of a method; or the stages of
+// splines.
 #pragma once
 
 #include "method/mass_matrix.hpp"
 #include "method/passes.hpp"
+#include "method/spline_scheme.hpp"
+#include "method/stage_times.hpp"
 #include "method/state.hpp"
 
-#include <array>
-#include <string_view>
+#include <memory>
 
 namespace ordo {
-
-/// Wall time per stage of the step, s, and how often the consistent mass matrix was solved; for `ordo bench`.
-struct StageTimes {
-    enum Stage { sort, body_force, scatter, fit, nodes, gather, count };
-    static constexpr std::array<std::string_view, count> names{"sort", "body_force", "scatter", "fit", "nodes", "gather"};
-    std::array<double, count> seconds{};
-    long mass_solves = 0, mass_iterations = 0;
-};
 
 /// A method applied to a model. Owns the model, which must not change.
 template <int D>
@@ -42,12 +36,16 @@ class Explicit {
     /// the failed step and can still be written.
     void step(State<D>& s, double dt) const;
 
+    /// The splines of projection spline-fit; null without it.
+    const SplineScheme<D>* splines() const { return splines_.get(); }
+
     /// Adds the time of each stage to `times` from now on; null stops it.
     void measure(StageTimes* times) { times_ = times; }
 
   private:
     void arrange(State<D>& s) const;
-    void evaluate_external_forces(State<D>& s) const;
+    void finish_step(State<D>& s, double dt) const;
+    void evaluate_external_forces(State<D>& s, double t) const;
     void clear_nodes(State<D>& s, Lanes* nodes) const;
     void velocities(State<D>& s, Lanes* nodes) const;
     void solve_mass(State<D>& s, Lanes* nodes, const Lanes* known, unsigned parts) const;
@@ -68,6 +66,7 @@ class Explicit {
     Model<D> model_;
     Passes<D> passes_;
     MassSolver<D> mass_solver_;
+    std::shared_ptr<const SplineScheme<D>> splines_;  ///< of projection spline-fit, which takes its own steps
     bool has_body_force_;
     bool keeps_gradient_;  ///< the pass that does all stores L_p too
     StageTimes* times_ = nullptr;

@@ -18,6 +18,7 @@ namespace {
 template <int D>
 Passes<D> passes_of_basis(const MethodSpec& spec)
 {
+    if (is_spline_fit(spec)) return passes_of<D, Hat>(spec);  // of nodes at vertices; a scheme of its own takes its steps
     switch (spec.basis) {
     case Basis::hat: return passes_of<D, Hat>(spec);
     case Basis::bspline2: return passes_of<D, BSpline<2>>(spec);
@@ -29,6 +30,8 @@ Passes<D> passes_of_basis(const MethodSpec& spec)
         p.project_and_force_points = nullptr;
         return p;
     }
+    case Basis::bspline4:
+    case Basis::bspline5: break;  // only of spline-fit
     }
     throw std::logic_error("choose_passes: unhandled choice");
 }
@@ -43,7 +46,7 @@ Passes<D> choose_passes(const MethodSpec& spec)
     p.velocity_fit = choose_velocity_fit<D>(spec);
     p.cell_fit     = choose_cell_fit<D>(spec);
 
-    p.mass_rows_of_points = choose_mass_rows<D>(spec.basis);
+    p.mass_rows_of_points = choose_mass_rows<D>(is_spline_fit(spec) ? Basis::hat : spec.basis);
     if (spec.domain == Domain::point) p.mass_rows = p.mass_rows_of_points;
     return p;
 }

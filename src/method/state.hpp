@@ -8,6 +8,7 @@
 #include "kernels/sweep.hpp"
 #include "material/material.hpp"
 #include "method/axes.hpp"
+#include "method/spline_scheme.hpp"
 #include "method/tractions.hpp"
 #include "particles/particles.hpp"
 #include "shape/weights.hpp"
@@ -107,6 +108,7 @@ struct State {
     Array<Lanes> gradients;         ///< see kernels/cell_gradient.hpp
     Array<Lanes> particle_nodes;    ///< sums of particles where nodes hold those of quadrature points
     QuadraturePoints<D> points;     ///< of quadratures cell and gauss
+    SplineWork<D> spline;           ///< of projection spline-fit
     ProjectionReport projection;    ///< of the last step
     double drift    = 0.0;          ///< bound on any particle's displacement since the sort, cells
     double move     = 0.0;          ///< the largest displacement of the last step along an axis, cells
@@ -136,10 +138,10 @@ void keep_room(Array<T>& array, std::size_t n)
     if (array.size() < n) array = Array<T>(array.empty() ? n : n + n / 4);
 }
 
-/// What the grid of a method is made of.
+/// What the grid of a method is made of. With projection spline-fit nodes are the vertices of cells, where splines are shown.
 inline GridBasis grid_basis(const MethodSpec& method)
 {
-    return {.degree = method.basis == Basis::bspline2 ? 2 : method.basis == Basis::bspline3 ? 3 : 1, .a0 = method.a0};
+    return {.degree = is_spline_fit(method) ? 1 : degree_of(method.basis), .a0 = method.a0};
 }
 
 /// Cells beyond a particle's domain in which its samples count at nodes.

@@ -132,6 +132,8 @@ Sums sums_of_box(const MethodSpec& spec, const Lattice<D>& g, const ParticleView
     case Basis::bspline2: return sums_of_box<D, BSpline<2>>(g, p, i);
     case Basis::bspline3: return sums_of_box<D, BSpline<3>>(g, p, i);
     case Basis::hat:
+    case Basis::bspline4:
+    case Basis::bspline5:
     case Basis::ddmpm: break;  // which has no boxes
     }
     return sums_of_box<D, Hat>(g, p, i);
@@ -196,6 +198,10 @@ class Counter {
 
     StepWork count(double mass_solves, double mass_iterations)
     {
+        if (is_spline_fit(method_)) {
+            fit_splines();
+            return total_;
+        }
         clear();
         bool has_velocities = true;
         if (method_.scheme == Scheme::usf) {
@@ -230,6 +236,8 @@ class Counter {
             gather(kStress);
             if (passes_.move) gather(kMove);
             break;
+        case Scheme::rk3:
+        case Scheme::rk4: break;  // of splines
         }
         move_corners();
         solve_mass(mass_solves, mass_iterations);
@@ -518,6 +526,43 @@ class Counter {
     {
         const double nodes = power_of(rows.reach + 1, D);
         add(Stage::nodes, count * (D * nodes + nodes * (nodes + 1)), fields + 3 * sizeof(double) * rows.size * rows_solved);
+    }
+
+    /// The stages of projection spline-fit, with the iterations of the last step. A sum over the functions of a particle goes
+    /// axis by axis, as one over the Gauss points of a cell.
+    void fit_splines()
+    {
+        using Fields              = SplineWork<D>;
+        const SplineWork<D>& work = s_.spline;
+        const double stages = stages_of(method_.scheme), vector_operations = 16;
+        const int degrees[] = {degree_of(method_.basis), static_cast<int>(method_.stress_degree)};
+        const double points = std::max(degrees[0], degrees[1]) + 1;
+        double cells = 1, functions[] = {1, 1};
+        for (int a = 0; a < D; ++a) {
+            cells *= s_.lattice.cells[a];
+            for (const int k : {0, 1}) functions[k] *= s_.lattice.cells[a] + degrees[k];
+        }
+        auto sum_of = [](double width) { return kLanes * 2 * (D == 1 ? width : width * (1 - std::pow(width, D)) / (1 - width)); };
+        auto solve  = [&](int space, double iterations, double flops, double bytes) {
+            const double band = kLanes * 4 * D * degrees[space];
+            add(Stage::fit, iterations * (flops + functions[space] * (band + kLanes * vector_operations)),
+                 iterations * (bytes + functions[space] * kRecord * (2 * D + 12)));
+        };
+        for (const int k : {0, 1}) {
+            const double width = degrees[k] + 1, one = sum_of(width), rows = n_ * D * width * sizeof(double);
+            const double products = static_cast<double>(work.iterations[k]) + stages;
+            solve(k, products, n_ * 2 * one, rows + n_ * sizeof(double) + 2 * kRecord * functions[k]);
+            add(Stage::fit, stages * n_ * 2 * one, stages * (rows + n_ * sizeof(Mat<D>)));  // right-hand sides and sums of rows
+            const double records = 1 + k * (D - 1);                                         // a column of the gradient each
+            add(Stage::gather, stages * n_ * records * one, stages * (rows + records * kRecord * functions[k]));
+        }
+        double contractions = 0;  // of a cell's functions to its Gauss points
+        for (int a = 0; a < D; ++a) contractions += kLanes * 2 * std::pow(points, a + 1) * std::pow(degrees[0] + 1, D - a);
+        const double gauss = std::pow(points, D);
+        solve(0, static_cast<double>(work.iterations[Fields::kMass]) + 3 * stages, cells * (2 * contractions + kLanes * gauss),
+              cells * gauss * sizeof(double) + 2 * kRecord * functions[0]);
+        add(Stage::gather, stages * n_ * (kProduct<D> + kDeform<D> + 16 * D + 4 * D * D),
+            stages * n_ * (6 * sizeof(Vec<D>) + 6 * sizeof(Mat<D>)));
     }
 
     const MethodSpec& method_;

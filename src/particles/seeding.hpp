@@ -1,11 +1,13 @@
-// Material points of the built-in shapes: Cartesian sub-cells of the grid or polar cells, always at sub-cell centres.
+// Material points of the built-in shapes: Cartesian sub-cells of the grid or polar cells, at their centres, or Gauss points.
 // Points at left edges would make MPM, cpGIMP and CPDI first order (methods: Gong's errata, 21).
 #pragma once
 
+#include "base/gauss_rule.hpp"
 #include "base/index.hpp"
 #include "particles/particles.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -46,11 +48,13 @@ struct Bounds {
     Vec<D> lower, upper;
 };
 
-/// Sub-cells of the grid: n[a] to a cell of size h[a] along each axis.
+/// Sub-cells of the grid: n[a] to a cell of size h[a] along each axis. They are equal with a point in their middle, or have the
+/// weights of Gauss' rule as lengths and a point where that has it.
 template <int D>
 struct SubCells {
     Vec<D> origin, h;
     Index<D> n;
+    bool gauss = false;
 };
 
 template <int D>
@@ -115,7 +119,32 @@ struct Tube {
     }
 };
 
-/// The sub-cells of the grid whose centre lies in the shape.
+/// The seed of sub-cell k; `rules` has the points of one cell along each axis.
+template <int D>
+Seed<D> seed_of(const SubCells<D>& cells, const Vec<D, std::vector<GaussPoint>>& rules, const Index<D>& k)
+{
+    Seed<D> seed{.x = {}, .volume = 1.0, .edges = {}};
+    for (int a = 0; a < D; ++a) {
+        const int cell           = static_cast<int>(std::floor(static_cast<double>(k[a]) / cells.n[a]));
+        const int point          = k[a] - cell * cells.n[a];
+        const auto& [at, weight] = rules[a][point];
+        double below             = 0.0;  // the weights of the points before it
+        for (int j = 0; j < point; ++j) below += rules[a][j].weight;
+        seed.x[a] = cells.origin[a] + (cell + at) * cells.h[a];
+        seed.volume *= weight * cells.h[a];
+        seed.edges(a, a) = std::min(at - below, below + weight - at) * cells.h[a];  // a box in it around the point
+    }
+    return seed;
+}
+template <int D>
+Vec<D, std::vector<GaussPoint>> gauss_rules(const SubCells<D>& cells)
+{
+    Vec<D, std::vector<GaussPoint>> rules;
+    for (int a = 0; a < D; ++a) rules[a] = gauss_rule(cells.n[a]);
+    return rules;
+}
+
+/// The sub-cells of the grid whose point lies in the shape.
 template <int D, class Shape>
 std::vector<Seed<D>> fill(const Shape& shape, const SubCells<D>& cells)
 {
@@ -131,6 +160,15 @@ std::vector<Seed<D>> fill(const Shape& shape, const SubCells<D>& cells)
         seed.edges(a, a) = s[a] / 2;
     }
     std::vector<Seed<D>> seeds;
+    if (cells.gauss) {
+        const auto rules = gauss_rules(cells);
+        for (int a = 0; a < D; ++a) first[a] -= 1, n[a] += 2;  // points are not in the middle
+        IndexBox<D>{{}, n}.for_each([&](const Index<D>& k) {
+            const Seed<D> at = seed_of(cells, rules, k + first);
+            if (shape.contains(at.x)) seeds.push_back(at);
+        });
+        return seeds;
+    }
     IndexBox<D>{{}, n}.for_each([&](const Index<D>& k) {
         for (int a = 0; a < D; ++a) seed.x[a] = cells.origin[a] + (first[a] + k[a] + 0.5) * s[a];
         if (shape.contains(seed.x)) seeds.push_back(seed);
@@ -138,13 +176,28 @@ std::vector<Seed<D>> fill(const Shape& shape, const SubCells<D>& cells)
     return seeds;
 }
 
-/// A box in equal sub-cells as close to those of the grid as fit it exactly: the volume is exact wherever it lies.
+/// A box in equal sub-cells as close to those of the grid as fit it exactly, or in cells so with Gauss' points: the volume is
+/// exact wherever it lies.
 template <int D>
 std::vector<Seed<D>> fill_box(const Bounds<D>& box, const SubCells<D>& cells)
 {
     Index<D> n{};
     Seed<D> seed{.x = {}, .volume = 1.0, .edges = {}};
     Vec<D> s{};
+    if (cells.gauss) {
+        SubCells<D> own = cells;
+        for (int a = 0; a < D; ++a) {
+            const double length = box.upper[a] - box.lower[a];
+            const int count     = std::max(1, static_cast<int>(std::lround(length / cells.h[a])));
+            own.origin[a]       = box.lower[a];
+            own.h[a]            = length / count;
+            n[a]                = count * cells.n[a];
+        }
+        const auto rules = gauss_rules(own);
+        std::vector<Seed<D>> seeds;
+        IndexBox<D>{{}, n}.for_each([&](const Index<D>& k) { seeds.push_back(seed_of(own, rules, k)); });
+        return seeds;
+    }
     for (int a = 0; a < D; ++a) {
         const double length = box.upper[a] - box.lower[a];
         n[a]                = std::max(1, static_cast<int>(std::lround(length / (cells.h[a] / cells.n[a]))));

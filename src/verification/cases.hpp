@@ -13,6 +13,7 @@ Case vibration_shifted();
 Case ring();
 Case vortex();
 Case shear_rotation();
+Case bent_box();
 Case rotation();
 Case simple_shear();
 Case bar_small_strain();

@@ -207,6 +207,17 @@ Row disperse(const Request& r)
                          {"growth", growth[4]},
                          {"phase_error", turn / (cfl * 2 * kPi / wave) - 1},
                          {"damping", 1 - std::abs(value)}};
+    double frozen     = kNaN;
+    if (is_spline_fit(r.method) && D == 1) {
+        constexpr int most = 32;  // cells: what a dense matrix may cost
+        frozen             = 0.0;
+        for (const double at : shifts_of(r)) {
+            ParticleLattice lattice = lattice_of(r, at);
+            lattice.cells           = std::min(lattice.cells, most);
+            frozen                  = std::max(frozen, frozen_growth(lattice));
+        }
+    }
+    row.quantities.emplace_back("frozen_growth", frozen);
     add_energies<D>(r, shift, cfl, wave, 2 * kPi / turn, row);
     const long steps     = std::lround(r.values.number("steps"));
     const bool has_limit = own_limit > 0 && own_limit < kLargest && steps > 0;
@@ -266,6 +277,9 @@ const std::vector<Spectrum>& measured_spectra()
         {"apic", {1.89241, 1.64777, 1.58461, 1.5612}, {1, 1.27475, 1.40984, 1.46454}},
         {"mls-mpm", {1.89241, 1.30637, 1.29339, 1.29168}, {1, 1.27475, 1.28833, 1.29022}},
         {"polypic", {1.89241, 1.64777, 1.58461, 1.5612}, {1, 1.27475, 1.40984, 1.46454}},
+        {"spline3", {kNaN, 0.75957, 0.75957, 0.75957}, {kNaN, 0.75957, 0.75957, 0.75957}},
+        {"spline4", {kNaN, 0.90025, 0.90025, 0.90025}, {kNaN, 0.90025, 0.90025, 0.90025}},
+        {"spline5", {kNaN, 0.90031, 0.90031, 0.90031}, {kNaN, 0.90031, 0.90031, 0.90031}},
     };
     return rows;
 }
@@ -295,6 +309,8 @@ Study limit_of(const char* method, int n, double limit, bool anywhere)
     for (const char* growth : {"growth_0.1", "growth_0.4"})
         study.bars.push_back(value_at_most(growth, cells, 1 + kGrowthTolerance));
     if (limit >= 1.1) study.bars.push_back(value_at_most("growth_1", cells, 1 + kGrowthTolerance));
+    if (find_preset(method) && is_spline_fit(find_preset(method)->spec))
+        study.bars.push_back(value_at_most("frozen_growth", cells, 1e-12));
     // TLS of one particle a cell grows as soon as noise has moved the particles.
     const bool is_steady = !(n == 1 && std::string_view(method).starts_with("tls"));
     if (!anywhere && is_steady)

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <random>
 
 namespace ordo::verification {
 
@@ -46,16 +47,35 @@ Problem<D> on_grid(const Request& request, const Vec<D>& origin, const Index<D>&
     return p;
 }
 
-/// Frictionless walls at both ends of an axis.
+/// Walls at both ends of an axis, frictionless by default.
 template <int D>
-void add_walls(Model<D>& model, int axis)
+void add_walls(Model<D>& model, int axis, BoundaryType type = BoundaryType::symmetry)
 {
     for (const bool above : {false, true})
         model.boundaries.push_back({.axis           = axis,
                                     .outer_is_above = above,
                                     .at             = model.origin[axis] + (above ? model.cells[axis] * model.h[axis] : 0.0),
-                                    .type           = BoundaryType::symmetry,
+                                    .type           = type,
                                     .value          = {}});
+}
+
+/// Where the particles of a box are.
+inline std::vector<Parameter> placement_parameters()
+{
+    return {{"seeding", "centres", "particles at the centres of sub-cells or at Gauss points", 0, 0, {"centres", "gauss"}},
+            {"jitter", 0.0, "random part of the particles' places, in their distance", -1e-9, 0.5}};
+}
+template <int D>
+std::vector<Seed<D>> placed_in(const Bounds<D>& box, const Model<D>& model, const Request& r)
+{
+    std::vector<Seed<D>> seeds =
+        fill_box(box, SubCells<D>{model.origin, model.h, Index<D>::filled(r.per_axis), r.values.word("seeding") == "gauss"});
+    std::mt19937_64 random(1);
+    const double jitter = r.values.number("jitter");
+    for (Seed<D>& seed : seeds)
+        for (int a = 0; a < D && jitter > 0; ++a)
+            seed.x[a] += jitter * model.h[a] / r.per_axis * (2 * std::generate_canonical<double, 53>(random) - 1);
+    return seeds;
 }
 
 /// Makes the motion of the material the solution of the problem, by its body force.
@@ -75,14 +95,13 @@ void manufacture(Problem<D>& problem, const Motion& motion)
         with(StVenantKirchhoff{m.lambda, m.mu});
 }
 
-/// A problem in the unit box between frictionless walls.
+/// A problem in the unit box between walls.
 template <int D, class Motion>
-Problem<D> in_unit_box(const Request& request, const Motion& motion)
+Problem<D> in_unit_box(const Request& request, const Motion& motion, BoundaryType walls = BoundaryType::symmetry)
 {
     Problem<D> p = on_grid<D>(request, Vec<D>{}, Index<D>::filled(request.cells));
-    for (int a = 0; a < D; ++a) add_walls(p.model, a);
-    p.seeds =
-        fill_box(Bounds<D>{Vec<D>{}, Vec<D>::filled(1.0)}, SubCells<D>{Vec<D>{}, p.model.h, Index<D>::filled(request.per_axis)});
+    for (int a = 0; a < D; ++a) add_walls(p.model, a, walls);
+    p.seeds    = placed_in(Bounds<D>{Vec<D>{}, Vec<D>::filled(1.0)}, p.model, request);
     p.contains = [](const Vec<D>& X) {
         for (int a = 0; a < D; ++a)
             if (!(X[a] >= -1e-12 && X[a] <= 1 + 1e-12)) return false;

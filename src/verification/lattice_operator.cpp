@@ -204,6 +204,28 @@ double LatticeOperator<D>::growth(int intervals) const
     return largest;
 }
 
+double frozen_growth(const ParticleLattice& lattice)
+{
+    const Explicit<1> method(model_of<1>(lattice, rate_law<1>));
+    State<1> s      = method.start(plant_all(method.model(), seeds_of<1>(lattice)));
+    Particles<1>& p = s.particles;
+    const int n     = p.count;
+    Eigen::MatrixXd map(2 * n, 2 * n);
+    for (int column = 0; column < 2 * n; ++column) {
+        for (int i = 0; i < n; ++i) {
+            p.v[i][0]        = column == i;
+            p.sigma[i](0, 0) = column == n + i;
+        }
+        s.spline.is_near = false;
+        method.splines()->evaluate(method.model(), s);
+        for (int i = 0; i < n; ++i) {
+            map(i, column)     = s.spline.a_at[i][0];
+            map(n + i, column) = s.spline.L_at[i](0, 0);
+        }
+    }
+    return map.eigenvalues().real().maxCoeff();
+}
+
 template <int D>
 StableCourantNumbers find_stable(LatticeOperator<D>& lattice, double largest)
 {

@@ -77,6 +77,10 @@ class LatticeOperator {
     bool wraps_ = false;            ///< cell 0 acts on cells half a box away
 };
 
+/// The largest real part of the spectrum of v' = a_h, sigma' = E L_h for a lattice that does not move, in c/h; of projection
+/// spline-fit in 1D.
+double frozen_growth(const ParticleLattice& lattice);
+
 /// A growth of less than this a step counts as none: an eigenvalue 1 that is defective moves by the square root of round-off.
 constexpr double kGrowthTolerance = 1e-6;
 

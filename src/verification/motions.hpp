@@ -71,6 +71,29 @@ struct Vortex {
     }
 };
 
+/// u_x = A sin(w t + phase) sin(pi X) sin(pi Y), u_y the same with two waves along y, in 3D u_z with two along x, and each
+/// times the sine of the axis that it lacks (ours): shear and rotation between walls that hold all components.
+struct BentBox {
+    double amplitude;  ///< m
+    double frequency, phase;
+
+    template <int D, class T>
+    ORDO_FLAT Vec<D, T> operator()(const Vec<D, T>& X, const T& t) const
+    {
+        const T s   = amplitude * sin(frequency * t + phase);
+        Vec<D, T> x = X;
+        for (int a = 0; a < D; ++a) {
+            T bump = s;
+            for (int b = 0; b < D; ++b) {
+                const double waves = (a == 1 && b == 1) || (a == 2 && b == 0) ? 2 : 1;
+                bump               = bump * sin(waves * kPi * X[b]);
+            }
+            x[a] = X[a] + bump;
+        }
+        return x;
+    }
+};
+
 /// X turned about the z axis through the middle of the unit box.
 template <int D, class T>
 ORDO_FLAT inline Vec<D, T> turned_in_unit_box(const Vec<D, T>& X, const T& angle)

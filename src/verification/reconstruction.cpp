@@ -432,7 +432,8 @@ Row reconstruct(const Request& r)
     case Projection::tls: return fit_cells<D, degree>(r, u, seeds);
     case Projection::gradient_enhanced:
     case Projection::affine:
-    case Projection::polynomial: break;
+    case Projection::polynomial:
+    case Projection::spline_fit: break;
     }
     throw InputError("--method: case reconstruction has projections mass, mls, imls and tls; " +
                      std::string(name_of(r.method.projection)) + " needs what particles carry from step to step");

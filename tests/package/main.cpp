@@ -9,7 +9,7 @@ int main()
 {
     using namespace ordo;
     Model<2> model{};
-    model.method    = presets().back().spec;
+    model.method    = find_preset("polypic")->spec;
     model.h         = {0.1, 0.1};
     model.cells     = {10, 10};
     model.gravity   = {0.0, -10.0};

@@ -378,6 +378,7 @@ void check_iterations(Basis basis)
 TEST(MassMatrix, PreconditionerIsTheInverseOfAFullBox)
 {
     for (const auto& basis : Axis<Basis>::choices) {
+        if (broken_rule(test::shape_spec(basis.value, Domain::point))) continue;
         check_iterations<1>(basis.value);
         check_iterations<2>(basis.value);
         check_iterations<3>(basis.value);

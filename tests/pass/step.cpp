@@ -482,7 +482,8 @@ template <int D>
 void check_inactive_nodes()
 {
     for (const Preset& preset : presets())
-        for (const double speed : {0.07, -0.07}) {  // cells a step
+        for (const double speed : {0.07, -0.07}) {     // cells a step
+            if (is_spline_fit(preset.spec)) continue;  // whose bodies fill the grid
             SCOPED_TRACE(preset.name);
             std::vector<Vec<D>> clean, poisoned;
             try {

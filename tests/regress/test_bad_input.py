@@ -43,6 +43,9 @@ def wall(face, kind):
     return f'[[boundary]]\nface = "{face}"\ntype = "{kind}"\n'
 
 
+WHOLE = body("shape = 'box'\nlower = 0.0\nupper = 1.0\n")
+WALLS = "[[boundary]]\nface = ['x-min', 'x-max', 'y-min', 'y-max']\ntype = 'fixed'\n"
+
 # name, changes of the case, key that the message names, what else it says (the remedy)
 CASE_FAULTS = [
     # keys and tables
@@ -152,6 +155,14 @@ CASE_FAULTS = [
     ("interface without one", ["[method]\npreset = 'cpdi2'\nenrichment = @'interface'\n"], "method.enrichment", "no two bodies share a corner"),
     ("point of the grid where nothing is on it", ["[method]\npreset = 'fem'\n", "[[probe]]\nname = 'p'\npoint = @0.5\n"], "probe[0].point", "particle"),
     ("splines and a plane inside the grid", ["[method]\npreset = 'bsmpm'\n", wall("x-min", "fixed") + "at = @0.1\n"], "boundary[0].at", "let the grid end there"),
+    ("splines and a body that does not fill the grid", ["[method]\npreset = @'spline4'\n", WALLS], "method.preset", "let the body fill the grid"),
+    ("splines without walls", [WHOLE, "[method]\npreset = @'spline4'\n"], "method.preset", "on x-min"),
+    ("splines and a wall that moves", [WHOLE, "[method]\npreset = @'spline4'\n", WALLS, wall("y-max", "velocity") + "value = [1, 0]\n"], "method.preset", "walls at rest"),
+    ("splines on too few cells", [WHOLE, "[method]\npreset = @'spline4'\nremoved_knots = 2\n", WALLS], "method.preset", "there must be 5"),
+    ("part of the scheme of splines", ["[method]\npreset = 'cpdi1'\nscheme = @'rk4'\n"], "method.scheme", "use preset spline3"),
+    ("degree of the stress without splines", ["[method]\npreset = 'cpdi1'\nstress_degree = @4\n"], "method.stress_degree", "that projection fits"),
+    ("gauss points with domains", ["seeding = @'gauss'\n"], "body[0].seeding", 'method.domain "point"'),
+    ("gauss points of polar cells", [ring("inner_radius = 0.1\ncells = 'polar'\nseeding = @'gauss'\n")], "body[0].seeding", "cartesian"),
     # tractions
     ("traction without a body", [traction("body = @'bodi 0'")], "traction[0].body", 'Did you mean "body 0"?'),
     ("traction without a face", ["@[[traction]]\nbody = 'body 0'\nvalue = 1\n"], "traction[0].face", "is missing"),

@@ -59,6 +59,22 @@ class Signals(InTemporaryDirectory):
     def test_terminate(self):
         self.assert_stops(signal.SIGTERM, 143, interval=1.0)
 
+    def test_hangup(self):
+        self.assert_stops(signal.SIGHUP, 129, interval=1.0)
+
+    def test_hangup_under_nohup(self):
+        before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup leaves it
+        try:
+            process = self.start_run(interval=1.0)
+        finally:
+            signal.signal(signal.SIGHUP, before)
+        self.wait_for("particles_000002.vtu")
+        process.send_signal(signal.SIGHUP)
+        self.wait_for("particles_000004.vtu")
+        process.terminate()
+        process.communicate(timeout=20)
+        self.assertEqual(process.returncode, 143)
+
     def test_stop_at_a_step_with_a_frame(self):
         self.assert_stops(signal.SIGTERM, 143, interval=0.001)
         times = [t for t, _ in frames(self.dir / "out")]

@@ -46,6 +46,12 @@ class Threads(InTemporaryDirectory):
             with self.subTest(preset):
                 self.assert_same_for_any_threads(self.write("case.toml", PERIODIC), "--set", f"method.preset={preset}")
 
+    def test_splines_between_walls(self):
+        whole = edit(PERIODIC, ("lower = [0.0, 0.25]\nupper = [1.0, 0.75]", "lower = 0.0\nupper = 1.0"), ("'10', '0.1", "'0.1*sin(pi*y)', '0.1*sin(pi*y)"), "[[boundary]]\nface = ['y-min', 'y-max']\ntype = 'symmetry'\n")
+        for preset in ("spline3", "spline4"):
+            with self.subTest(preset):
+                self.assert_same_for_any_threads(self.write("case.toml", whole), "--set", f"method.preset={preset}")
+
     def test_consistent_mass(self):
         for preset in ("bsmpm", "ddmpm", "tls-bsmpm"):
             with self.subTest(preset):

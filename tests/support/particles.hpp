@@ -156,6 +156,8 @@ void with_shape(const MethodSpec& s, F&& f)
     case Basis::bspline2: return with_domain<D, BSpline<2>>(s, f);
     case Basis::bspline3: return with_domain<D, BSpline<3>>(s, f);
     case Basis::ddmpm: return f(ShapeType<DualDomain<D>>{});
+    case Basis::bspline4:
+    case Basis::bspline5: break;  // of splines that are fitted, which have no shape
     }
 }
 
@@ -175,6 +177,18 @@ template <int D>
 Model<D> unit_box(int cells, Domain domain)
 {
     return unit_box<D>(cells, shape_spec(Basis::hat, domain));
+}
+
+/// The same between walls, frictionless by default.
+template <int D>
+Model<D> walled_box(int cells, const MethodSpec& method, BoundaryType walls = BoundaryType::symmetry)
+{
+    Model<D> model = unit_box<D>(cells, method);
+    for (int a = 0; a < D; ++a)
+        for (const bool is_above : {false, true})
+            model.boundaries.push_back(
+                Boundary<D>{.axis = a, .outer_is_above = is_above, .at = is_above ? 1.0 : 0.0, .type = walls, .value = {}});
+    return model;
 }
 
 /// A block of `per_axis` particles a cell and axis between low and high (unit box coordinates).

@@ -53,13 +53,16 @@ void check_translation(const MethodSpec& spec, double shift)
 template <int D>
 void check_translations(const MethodSpec& spec)
 {
+    if (is_spline_fit(spec)) return;  // whose bodies end at walls
     for (double shift : {0.0, 0.25, 0.25 + 1e-15, 0.25 - 1e-15}) check_translation<D>(spec, shift);
 }
 TEST(Combinations, ConstantVelocityIsExactIn1D) { test::for_each_spec(allowed(1), check_translations<1>); }
 TEST(Combinations, ConstantVelocityIsExactIn2D) { test::for_each_spec(allowed(2), check_translations<2>); }
 TEST(Combinations, ConstantVelocityIsExactIn3D)
 {
-    test::for_each_spec(allowed(3), [](const MethodSpec& spec) { check_translation<3>(spec, 0.25 + 1e-15); });
+    test::for_each_spec(allowed(3), [](const MethodSpec& spec) {
+        if (!is_spline_fit(spec)) check_translation<3>(spec, 0.25 + 1e-15);
+    });
 }
 
 /// Methods for bodies that fill their cells: points of cells stand for material where there is none, and weights narrower
@@ -73,17 +76,10 @@ bool needs_full_cells(const MethodSpec& spec)
 template <int D>
 void check_conservation(const MethodSpec& spec, MaterialModel material)
 {
-    const bool is_walled     = needs_full_cells(spec);
-    Model<D> model           = test::unit_box<D>(D == 3 && is_walled ? 4 : cells_of_box<D>(), spec);
+    const bool is_walled = needs_full_cells(spec);
+    Model<D> model =
+        is_walled ? test::walled_box<D>(D == 3 ? 4 : cells_of_box<D>(), spec) : test::unit_box<D>(cells_of_box<D>(), spec);
     model.materials[0].model = material;
-    if (is_walled)
-        for (int a = 0; a < D; ++a)
-            for (const bool is_above : {false, true})
-                model.boundaries.push_back(Boundary<D>{.axis           = a,
-                                                       .outer_is_above = is_above,
-                                                       .at             = is_above ? 1.0 : 0.0,
-                                                       .type           = BoundaryType::symmetry,
-                                                       .value          = {}});
     const Explicit<D> method(std::move(model));
     const double low = is_walled ? 0.0 : 0.25, high = is_walled ? 1.0 : D == 3 ? 0.5 : 0.75;
     State<D> s  = method.start(test::plant_halves(method.model(), test::block(method.model(), low, high, is_walled ? 3 : 2)));
@@ -94,7 +90,7 @@ void check_conservation(const MethodSpec& spec, MaterialModel material)
     };
     set_velocities(s.particles, 0, s.particles.count, wobble, method.model().h);
     const Totals before = totals(method.model(), s.particles);
-    const int steps     = D == 3 && is_walled ? kSteps / 2 : kSteps;
+    const int steps     = D < 3 || !is_walled ? kSteps : is_spline_fit(spec) ? kSteps / 10 : kSteps / 2;  // to save time
     for (int k = 0; k < steps; ++k) method.step(s, 0.1 * courant_time_step(method.model(), s.particles));
     const Totals after = totals(method.model(), s.particles);
     double size        = 0;
@@ -268,6 +264,8 @@ TEST(Combinations, ForbiddenOnesSayWhy)
         specs.back().degree = 3;
         specs.push_back(p.spec);
         specs.back().layers = 3;
+        specs.push_back(p.spec);
+        specs.back().null_damping = 0.5;
         specs.push_back(p.spec);
         specs.back().tls        = Tls::velocity;
         specs.back().quadrature = Quadrature::cell;

@@ -1,0 +1,136 @@
+// Splines of degree 1 to 5 along one axis, with knots that may be left out next to the walls: the spaces of projection
+// `spline-fit`. Places are counted in cells from the first face.
+#pragma once
+
+#include "base/index.hpp"
+#include "base/vec.hpp"
+
+#include <cmath>
+#include <cstddef>
+
+namespace ordo {
+
+/// The splines of one degree over `cells` equal cells. Knots are those between cells, without the first `removed` ones next to
+/// each face, where as many knots meet as the degree and one. On a periodic axis all knots are alike and no face is.
+struct SplineAxis {
+    static constexpr int max_degree = 5;
+
+    int degree = 1, cells = 1, removed = 0;
+    bool periodic = false;
+
+    ORDO_HD int spans() const { return periodic ? cells : cells - 2 * removed; }  ///< between knots
+    ORDO_HD int count() const { return periodic ? cells : spans() + degree; }     ///< functions
+    ORDO_HD int span_of(int cell) const { return periodic ? cell : smaller(larger(cell - removed, 0), spans() - 1); }
+    /// Where span k begins.
+    ORDO_HD double knot(int k) const
+    {
+        if (periodic) return k;
+        return k <= 0 ? 0 : k >= spans() ? cells : k + removed;
+    }
+    /// The middle of the knots of function i, its Greville point.
+    ORDO_HD double center(int i) const
+    {
+        double sum = 0.0;
+        for (int j = 1; j <= degree; ++j) sum += knot(i - degree + j);
+        return sum / degree;
+    }
+    /// The integral of function i, in cells.
+    ORDO_HD double integral(int i) const { return (knot(i + 1) - knot(i - degree)) / (degree + 1); }
+    /// The function that number k stands for: behind the last function of a periodic axis comes the first.
+    ORDO_HD int wrapped(int k) const { return periodic ? k % cells : k; }
+
+    /// y moved onto the axis: into the first period, or to the nearest face.
+    ORDO_HD double inside(double y) const
+    {
+        if (periodic) return y - cells * std::floor(y / cells);
+        return smaller(larger(y, 0.0), static_cast<double>(cells));
+    }
+    /// The cell of a place on the axis.
+    ORDO_HD int cell_of(double y) const { return smaller(static_cast<int>(y), cells - 1); }
+
+    /// Values and slopes per cell of the functions from `span` on that do not vanish there, at a place in the span: the
+    /// recursion of Cox and de Boor (Piegl & Tiller, The NURBS Book, 1997, A2.2).
+    template <int P>
+    ORDO_FLAT void row(int span, double y, double (&w)[P + 1], double (&dw)[P + 1]) const
+    {
+        double left[P + 1], right[P + 1];  // distances to the knots on both sides
+        for (int j = 1; j <= P; ++j) {
+            left[j]  = y - knot(span + 1 - j);
+            right[j] = knot(span + j) - y;
+        }
+        w[0]  = 1.0;
+        dw[0] = 0.0;
+        for (int j = 1; j <= P; ++j) {
+            double slope = 0.0, value = 0.0;
+            for (int r = 0; r < j; ++r) {
+                const double q = w[r] / (right[r + 1] + left[j - r]);
+                w[r]           = value + right[r + 1] * q;
+                value          = left[j - r] * q;
+                dw[r]          = j * (slope - q);  // of degree j, from functions of degree j - 1; kept for j = P
+                slope          = q;
+            }
+            w[j]  = value;
+            dw[j] = j * slope;
+        }
+    }
+};
+
+/// f(degree as a constant) for a degree of 1 to 5.
+template <class F>
+auto with_degree(int degree, F&& f)
+{
+    switch (degree) {
+    case 1: return f.template operator()<1>();
+    case 2: return f.template operator()<2>();
+    case 3: return f.template operator()<3>();
+    case 4: return f.template operator()<4>();
+    default: return f.template operator()<5>();
+    }
+}
+
+/// Functions along each axis, the first axis fastest.
+template <int D>
+struct SplineSpace {
+    Vec<D, SplineAxis> axis{};
+
+    Index<D> counts() const
+    {
+        Index<D> n{};
+        for (int a = 0; a < D; ++a) n[a] = axis[a].count();
+        return n;
+    }
+    std::size_t count() const
+    {
+        std::size_t n = 1;
+        for (int a = 0; a < D; ++a) n *= axis[a].count();
+        return n;
+    }
+    /// Along each axis the number of the function with this number.
+    Index<D> index(std::size_t number) const
+    {
+        Index<D> k{};
+        for (int a = 0; a < D; ++a) {
+            k[a] = static_cast<int>(number % axis[a].count());
+            number /= axis[a].count();
+        }
+        return k;
+    }
+    /// Greville point of a function, in cells.
+    Vec<D> center(std::size_t number) const
+    {
+        const Index<D> k = index(number);
+        Vec<D> y{};
+        for (int a = 0; a < D; ++a) y[a] = axis[a].center(k[a]);
+        return y;
+    }
+    /// The integral of a function, in volumes of a cell.
+    double integral(std::size_t number) const
+    {
+        const Index<D> k = index(number);
+        double r         = 1.0;
+        for (int a = 0; a < D; ++a) r *= axis[a].integral(k[a]);
+        return r;
+    }
+};
+
+}  // namespace ordo

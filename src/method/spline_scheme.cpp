@@ -1,0 +1,946 @@
+#include "method/spline_scheme.hpp"
+
+#include "base/gauss_rule.hpp"
+#include "kernels/affine.hpp"
+#include "method/state.hpp"
+#include "particles/sort.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace ordo {
+
+namespace {
+
+/// A scheme of Runge and Kutta in which each stage starts from the slope of the one before.
+struct RungeKutta {
+    int stages;
+    std::array<double, 4> at;      ///< times of the stages, in steps, and how far the slope before them goes
+    std::array<double, 4> weight;  ///< of their slopes in the step
+};
+
+/// Heun's scheme of third order and the classical one of fourth (Hairer, Norsett & Wanner 1993, sec. II.1).
+RungeKutta runge_kutta(Scheme scheme)
+{
+    if (scheme == Scheme::rk3) return {3, {0, 1.0 / 3, 2.0 / 3}, {0.25, 0, 0.75}};
+    return {4, {0, 0.5, 0.5, 1}, {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6}};
+}
+
+/// f(cell, weight of the point, first function, values, slopes per cell) at the Gauss points of an axis.
+template <class F>
+void for_each_gauss_point(const SplineAxis& axis, int points, F&& f)
+{
+    const auto rule = gauss_rule(points);
+    with_degree(axis.degree, [&]<int P>() {
+        double w[P + 1], dw[P + 1];
+        for (int cell = 0; cell < axis.cells; ++cell)
+            for (const auto& [at, weight] : rule) {
+                const int span = axis.span_of(cell);
+                axis.row<P>(span, cell + at, w, dw);
+                f(cell, at, weight, span, w, dw);
+            }
+    });
+}
+
+GaussRows gauss_rows(const SplineAxis& axis, int points)
+{
+    GaussRows rows{.points = points, .width = axis.degree + 1, .at = {}, .weights = {}};
+    for_each_gauss_point(axis, points, [&](int, double, double, int, const double* w, const double*) {
+        rows.at.insert(rows.at.end(), w, w + axis.degree + 1);
+    });
+    for (const auto& [at, weight] : gauss_rule(points)) rows.weights.push_back(weight);
+    return rows;
+}
+
+/// int N_i N_j of one axis, in cells, with the rows of functions at its ends replaced by those of one in the lanes that are held.
+Banded<Lanes> mass_of(const SplineAxis& axis, const Lanes& free_below, const Lanes& free_above)
+{
+    Banded<Lanes> m(axis.count(), axis.degree, axis.periodic);
+    auto free = [&](int i) {
+        return axis.periodic ? Lanes(1.0) : i == 0 ? free_below : i == axis.count() - 1 ? free_above : Lanes(1.0);
+    };
+    for_each_gauss_point(axis, axis.degree + 1, [&](int, double, double weight, int span, const double* w, const double*) {
+        for (int i = 0; i <= axis.degree; ++i)
+            for (int j = 0; j <= axis.degree; ++j) {
+                const int row = axis.wrapped(span + i), column = axis.wrapped(span + j);
+                m.add(row, column, free(row) * free(column) * (weight * w[i] * w[j]));
+            }
+    });
+    for (int i = 0; i < axis.count(); ++i) m.add(i, i, 1.0 - free(i));
+    m.factor(0.0);
+    return m;
+}
+
+/// to = A from along the axes one after another.
+template <int D>
+void along_axes(const std::array<const AxisMatrix*, D>& matrices, std::array<Array<Lanes>, 2>& between, const Lanes* from,
+                Lanes* to)
+{
+    Index<D> counts{};
+    for (int a = 0; a < D; ++a) counts[a] = matrices[a]->columns();
+    for (int a = 0; a < D; ++a) {
+        const Index<D> before = counts;
+        counts[a]             = matrices[a]->rows();
+        std::size_t size      = 1;
+        for (int b = 0; b < D; ++b) size *= counts[b];
+        keep_room(between[a % 2], size);
+        Lanes* const next       = a == D - 1 ? to : between[a % 2].data();
+        const std::ptrdiff_t in = before[a], out = counts[a];
+        for_each_line<D>(before, a, [&](std::ptrdiff_t first, std::ptrdiff_t stride) {
+            const std::ptrdiff_t outer = first / (stride * in), inner = first % stride;
+            matrices[a]->multiply(from + first, next + outer * stride * out + inner, stride);
+        });
+        from = next;
+    }
+}
+
+Lanes square_root(const Lanes& a)
+{
+    Lanes r(0.0);
+    for (int k = 0; k < 8; ++k) r[k] = std::sqrt(a[k]);
+    return r;
+}
+
+/// a/b in the lanes where b is positive, else 0.
+Lanes quotient(const Lanes& a, const Lanes& b)
+{
+    Lanes r(0.0);
+    for (int k = 0; k < 8; ++k)
+        if (b[k] > 0) r[k] = a[k] / b[k];
+    return r;
+}
+
+void add(Lanes& total, const Lanes& one) { total += one; }
+
+/// Cells beyond a face of the grid at which a particle has left it.
+constexpr double kOutside = 1e-6;
+
+/// The splines of a degree along an axis of the grid.
+template <int D>
+SplineAxis axis_of(const Model<D>& model, int a, int degree, double removed)
+{
+    SplineAxis axis;
+    axis.degree   = degree;
+    axis.cells    = model.cells[a];
+    axis.removed  = static_cast<int>(removed);
+    axis.periodic = model.periodic[a];
+    if (axis.spans() < 1)
+        throw InputError(
+            fmt::format("grid: {} cells along {} are too few for splines without {} knots next to each wall; there must be {}",
+                        model.cells[a], "xyz"[a], axis.removed, 2 * axis.removed + 1));
+    return axis;
+}
+
+template <int D>
+Lanes stress_lanes(const Mat<D>& sigma)
+{
+    Lanes r(0.0);
+    for (int a = 0; a < D; ++a)
+        for (int b = a; b < D; ++b) r[stress_lane<D>(a, b)] = sigma(a, b);
+    return r;
+}
+
+}  // namespace
+
+template <int D>
+struct SplineScheme<D>::System {
+    typename SplineWork<D>::Solve solve;
+    const char* what;  ///< for messages
+    const SplineSpace<D>& space;
+    const Factors& factors;
+    bool is_exact;                                               ///< the factors are those of the matrix itself: one axis
+    const Lanes Held::*free;                                     ///< null without walls
+    std::function<void(const Lanes* from, Lanes* to)> multiply;  ///< added to `to`, without regard to walls
+};
+
+template <int D>
+SplineScheme<D>::SplineScheme(const Model<D>& model) : cells_(model.cells)
+{
+    const MethodSpec& method = model.method;
+    const int degree = degree_of(method.basis), stress_degree = static_cast<int>(method.stress_degree);
+    points_      = std::max(degree, stress_degree) + 1;
+    cell_volume_ = 1.0;
+    for (int a = 0; a < D; ++a) {
+        cell_volume_ *= model.h[a];
+        v_space_.axis[a] = axis_of(model, a, degree, method.removed_knots);
+        s_space_.axis[a] = axis_of(model, a, stress_degree, method.removed_stress_knots);
+    }
+    add_walls(model);
+
+    for (int a = 0; a < D; ++a) {
+        const SplineAxis &v = v_space_.axis[a], &s = s_space_.axis[a];
+        gauss_[a]  = gauss_rows(v, points_);
+        values_[a] = slopes_[a] = AxisMatrix(s.count(), v.count());
+        for_each_gauss_point(v, points_, [&](int cell, double at, double weight, int span, const double* w, const double* dw) {
+            with_degree(s.degree, [&]<int P>() {
+                double ws[P + 1], dws[P + 1];
+                const int s_span = s.span_of(cell);
+                s.row<P>(s_span, cell + at, ws, dws);
+                for (int i = 0; i <= P; ++i)
+                    for (int j = 0; j <= v.degree; ++j) {
+                        values_[a].add(s.wrapped(s_span + i), v.wrapped(span + j), weight * ws[i] * w[j]);
+                        slopes_[a].add(s.wrapped(s_span + i), v.wrapped(span + j), weight * ws[i] * dw[j] / model.h[a]);
+                    }
+            });
+        });
+        values_back_[a] = values_[a].transposed();
+        slopes_back_[a] = slopes_[a].transposed();
+        at_vertices_[a] = AxisMatrix(model.cells[a] + 1, v.count());
+        with_degree(degree, [&]<int P>() {
+            double w[P + 1], dw[P + 1];
+            for (int k = 0; k <= model.cells[a]; ++k) {
+                const int span = v.span_of(std::min(k, model.cells[a] - 1));
+                v.row<P>(span, k, w, dw);
+                for (int j = 0; j <= P; ++j) at_vertices_[a].add(k, v.wrapped(span + j), w[j]);
+            }
+        });
+        s_factors_[a] = mass_of(s, Lanes(1.0), Lanes(1.0));
+    }
+
+    // Cells a degree and a removed knot apart share no function.
+    const int apart = std::max(degree + v_space_.axis[0].removed, stress_degree + s_space_.axis[0].removed) + 1;
+    std::array<std::vector<int>, D> bounds;
+    Index<D> parts{};
+    for (int a = 0; a < D; ++a) {
+        parts[a] = std::max(1, cells_[a] / apart);
+        if (model.periodic[a] && parts[a] > 1) parts[a] -= parts[a] % 2;  // the last is next to the first
+        for (int k = 0; k <= parts[a]; ++k) bounds[a].push_back(static_cast<int>(static_cast<long>(k) * cells_[a] / parts[a]));
+    }
+    IndexBox<D>{{}, parts}.for_each([&](const Index<D>& k) {
+        IndexBox<D> box{};
+        int colour = 0;
+        for (int a = 0; a < D; ++a) {
+            box.lo[a] = bounds[a][k[a]];
+            box.hi[a] = bounds[a][k[a] + 1];
+            colour |= (k[a] % 2) << a;
+        }
+        blocks_[colour].push_back(box);
+    });
+}
+
+/// What stands in the way of a model, and the walls' functions.
+template <int D>
+void SplineScheme<D>::add_walls(const Model<D>& model)
+{
+    const std::string only = "projection spline-fit ";
+    for (const Material& m : model.materials)
+        if (m.density != model.materials[0].density || m.model != model.materials[0].model ||
+            m.lambda != model.materials[0].lambda || m.mu != model.materials[0].mu)
+            throw InputError(only + "takes bodies of one material: splines do not follow a jump of density or stress; use cpdi2");
+    if (!model.tractions.empty())
+        throw InputError(only + "takes no [[traction]]: bodies fill the grid and end at its walls; use cpdi2");
+    const Lanes all(1.0);
+    std::array<std::array<std::pair<Lanes, Lanes>, 2>, D> ends;  // of velocity and acceleration
+    for (auto& sides : ends) sides.fill({all, all});
+    std::array<std::array<bool, 2>, D> is_walled{};
+    for (const Boundary<D>& b : model.boundaries) {
+        const double face = model.origin[b.axis] + (b.outer_is_above ? model.cells[b.axis] * model.h[b.axis] : 0.0);
+        if (b.type == BoundaryType::velocity)
+            throw InputError(only + "takes walls at rest: [[boundary]] type \"fixed\" or \"symmetry\", not \"velocity\"");
+        if (std::fabs(b.at - face) > 1e-9 * model.h[b.axis])
+            throw InputError(only + "takes walls on faces of the grid only: move the [[boundary]] or the grid's face");
+        auto& [velocity, acceleration] = ends[b.axis][b.outer_is_above];
+        for (int c = 0; c < D; ++c)
+            if (b.constrains(c)) velocity[SplineLane::velocity + c] = acceleration[SplineLane::acceleration + c] = 0.0;
+        is_walled[b.axis][b.outer_is_above] = true;
+    }
+    for (int a = 0; a < D; ++a) {
+        const auto& [below, above] = ends[a];
+        for (int side = 0; side < 2 && !model.periodic[a]; ++side)
+            if (!is_walled[a][side])
+                throw InputError(
+                    fmt::format("{}wants a wall on every face of the grid, for the body fills it: put a [[boundary]] "
+                                "of type \"symmetry\" or \"fixed\" on {}-{}",
+                                only, "xyz"[a], side ? "max" : "min"));
+        v_factors_[a] = mass_of(v_space_.axis[a], below.first, above.first);
+        a_factors_[a] = mass_of(v_space_.axis[a], below.second, above.second);
+    }
+    const Index<D> counts = v_space_.counts();
+    std::size_t function  = 0;
+    IndexBox<D>{{}, counts}.for_each([&](const Index<D>& k) {
+        Held held{function++, all, all};
+        bool is_held = false;
+        for (int a = 0; a < D; ++a)
+            for (int side = 0; side < 2; ++side) {
+                if (model.periodic[a] || k[a] != (side ? counts[a] - 1 : 0)) continue;
+                held.velocity *= ends[a][side].first;
+                held.acceleration *= ends[a][side].second;
+                is_held = true;
+            }
+        if (is_held) held_.push_back(held);
+    });
+}
+
+template <int D>
+int SplineScheme<D>::number_of(const Index<D>& cell) const
+{
+    int r = 0;
+    for (int a = D - 1; a >= 0; --a) r = r * cells_[a] + cell[a];
+    return r;
+}
+
+template <int D>
+Vec<D, const double*> SplineScheme<D>::gauss_rows_of(const Index<D>& cell) const
+{
+    Vec<D, const double*> r{};
+    for (int a = 0; a < D; ++a) r[a] = gauss_[a].of_cell(cell[a]);
+    return r;
+}
+
+/// f(cell) for all of them; those that share a function one after another, in one order for any number of threads.
+template <int D>
+template <class F>
+void SplineScheme<D>::for_each_cell(F&& f) const
+{
+    auto visits = static_cast<double>(v_space_.count());
+    for (int a = 0; a < D; ++a) visits *= v_space_.axis[a].degree + 1;
+    for (const auto& colour : blocks_)
+        parallel_for(
+            static_cast<std::ptrdiff_t>(colour.size()), [&](std::ptrdiff_t k) { colour[k].for_each(f); }, visits > 10000);
+}
+
+/// Lists of the particles of each cell, and their weights.
+template <int D>
+void SplineScheme<D>::sort(const Model<D>& model, State<D>& s) const
+{
+    SplineWork<D>& work     = s.spline;
+    const ParticleView<D> p = s.particles.view();
+    auto place              = [&](int i, int a) { return v_space_.axis[a].inside((p.x[i][a] - model.origin[a]) / model.h[a]); };
+    const int cell_count    = number_of(cells_ - Index<D>::filled(1)) + 1;
+    Array<std::uint64_t> keys(p.count);
+    parallel_for_each(p.count, [&](std::ptrdiff_t i) {
+        Index<D> cell{};
+        for (int a = 0; a < D; ++a) cell[a] = v_space_.axis[a].cell_of(place(static_cast<int>(i), a));
+        keys[i] = static_cast<std::uint64_t>(number_of(cell));
+    });
+    work.order = sort_keys(keys, static_cast<std::uint64_t>(cell_count));
+    if (work.order.empty()) {
+        work.order = Array<int>(p.count);
+        for (int i = 0; i < p.count; ++i) work.order[i] = i;
+    }
+    work.first.assign(cell_count + 1, 0);
+    for (const std::uint64_t key : keys) ++work.first[key + 1];
+    for (int c = 0; c < cell_count; ++c) work.first[c + 1] += work.first[c];
+
+    auto fill = [&](const SplineSpace<D>& space, SampleRows& rows) {
+        with_degree(space.axis[0].degree, [&]<int P>() {
+            rows.width = D * (P + 1);
+            keep_room(rows.weights, static_cast<std::size_t>(p.count) * rows.width);
+            parallel_for_each(p.count, [&](std::ptrdiff_t k) {
+                double w[P + 1], dw[P + 1];
+                for (int a = 0; a < D; ++a) {
+                    const SplineAxis& axis = space.axis[a];
+                    const double y         = place(work.order[k], a);
+                    axis.row<P>(axis.span_of(axis.cell_of(y)), y, w, dw);
+                    std::copy(w, w + P + 1, rows.weights.data() + k * rows.width + a * (P + 1));
+                }
+            });
+        });
+    };
+    fill(v_space_, work.v_rows);
+    fill(s_space_, work.s_rows);
+}
+
+namespace {
+
+/// to += sum over particles of weights times value(i), in a cell.
+template <int D, int P, class Value>
+ORDO_FLAT inline void spread_cell(const SplineSpace<D>& space, const SplineWork<D>& work, const SampleRows& rows,
+                                  const Index<D>& at, int number, const Value& value, Lanes* to)
+{
+    if (work.first[number] == work.first[number + 1]) return;
+    SplineCell<D, P> cell(space, at);
+    cell.clear();
+    for (int k = work.first[number]; k < work.first[number + 1]; ++k)
+        cell.spread(rows.weights.data() + static_cast<std::ptrdiff_t>(k) * rows.width, value(work.order[k]));
+    cell.add_to(to);
+}
+
+/// use(i, sum of weights times `from`) for the particles of a cell.
+template <int D, int P, class Use>
+ORDO_FLAT inline void collect_cell(const SplineSpace<D>& space, const SplineWork<D>& work, const SampleRows& rows,
+                                   const Index<D>& at, int number, const Lanes* from, const Use& use)
+{
+    if (work.first[number] == work.first[number + 1]) return;
+    SplineCell<D, P> cell(space, at);
+    cell.load(from);
+    for (int k = work.first[number]; k < work.first[number + 1]; ++k)
+        use(work.order[k], cell.collect(rows.weights.data() + static_cast<std::ptrdiff_t>(k) * rows.width));
+}
+
+/// The two in one: to += W^T diag(weight) W from.
+template <int D, int P, class Weight>
+ORDO_FLAT inline void multiply_cell(const SplineSpace<D>& space, const SplineWork<D>& work, const SampleRows& rows,
+                                    const Index<D>& at, int number, const Weight& weight, const Lanes* from, Lanes* to)
+{
+    if (work.first[number] == work.first[number + 1]) return;
+    SplineCell<D, P> in(space, at), out(space, at);
+    in.load(from);
+    out.clear();
+    for (int k = work.first[number]; k < work.first[number + 1]; ++k) {
+        const double* w = rows.weights.data() + static_cast<std::ptrdiff_t>(k) * rows.width;
+        out.spread(w, in.collect(w) * weight(work.order[k]));
+    }
+    out.add_to(to);
+}
+
+void clear(Array<Lanes>& array, std::size_t n)
+{
+    keep_room(array, n);
+    parallel_for_each(static_cast<std::ptrdiff_t>(n), [&](std::ptrdiff_t i) { array[i] = Lanes(0.0); });
+}
+
+}  // namespace
+
+/// z = P^-1 r. The matrix is nearly S^1/2 M S^1/2, M that of unit density, which is a product of axes, and S what rows sum to
+/// over what they sum to there.
+template <int D>
+void SplineScheme<D>::precondition(State<D>& s, const System& system) const
+{
+    SplineWork<D>& work   = s.spline;
+    const Index<D> counts = system.space.counts();
+    const auto n          = static_cast<std::ptrdiff_t>(system.space.count());
+    parallel_for_each(n, [&](std::ptrdiff_t i) { work.z[i] = system.is_exact ? work.r[i] : work.r[i] * work.scale[i]; });
+    for (int a = 0; a < D; ++a)
+        for_each_line<D>(counts, a, [&](std::ptrdiff_t first, std::ptrdiff_t stride) {
+            system.factors[a].solve(work.z.data() + first, stride);
+        });
+    if (!system.is_exact) parallel_for_each(n, [&](std::ptrdiff_t i) { work.z[i] *= work.scale[i]; });
+}
+
+/// A x = b by conjugate gradients from the x that is given, lane by lane; b is lost. `work.sums` has the sums of rows.
+template <int D>
+void SplineScheme<D>::solve(const Model<D>& model, State<D>& s, const System& system, Lanes* x, Lanes* b) const
+{
+    constexpr double tolerance  = 1e-13;
+    constexpr int most          = 200;
+    SplineWork<D>& work         = s.spline;
+    const std::size_t functions = system.space.count();
+    const auto n                = static_cast<std::ptrdiff_t>(functions);
+    for (Array<Lanes>* array : {&work.r, &work.z, &work.p, &work.q, &work.scale}) keep_room(*array, functions);
+    auto hold = [&](Lanes* records) {
+        if (system.free)
+            for (const Held& h : held_) records[h.function] *= h.*system.free;
+    };
+    auto product = [&](const Lanes* from) {
+        clear(work.q, functions);
+        system.multiply(from, work.q.data());
+        hold(work.q.data());
+    };
+    auto dot = [&](const Lanes* one, const Lanes* other) {
+        return parallel_reduce(
+            n, Lanes(0.0), [&](std::ptrdiff_t i) { return one[i] * other[i]; }, add);
+    };
+    auto size = [&](const Lanes* of) {
+        return parallel_reduce(
+            n, Lanes(0.0), [&](std::ptrdiff_t i) { return quotient(of[i] * of[i], work.sums[i]); }, add);
+    };
+    if (!system.is_exact)
+        parallel_for_each(n, [&](std::ptrdiff_t i) {
+            const double whole = cell_volume_ * system.space.integral(i);
+            work.scale[i]      = square_root(quotient(Lanes(1.0), work.sums[i] * (1 / whole))) * (1 / std::sqrt(cell_volume_));
+        });
+
+    hold(b);
+    hold(x);
+    product(x);
+    parallel_for_each(n, [&](std::ptrdiff_t i) { work.r[i] = b[i] - work.q[i]; });
+    const Lanes whole = larger(size(b), size(work.r.data()));  // where b is zero, x need not be
+    auto is_done      = [&] {
+        const Lanes left = size(work.r.data());
+        for (int k = 0; k < 8; ++k)
+            if (!(left[k] <= tolerance * tolerance * whole[k])) return false;
+        return true;
+    };
+    Lanes before(0.0);
+    for (int k = 0; !is_done(); ++k) {
+        if (k == most) {
+            std::size_t worst = 0;
+            for (std::size_t i = 0; i < functions; ++i)
+                if (largest(quotient(fabs(work.r[i]), work.sums[i])) > largest(quotient(fabs(work.r[worst]), work.sums[worst])))
+                    worst = i;
+            throw NumericalError(fmt::format("step {}, t = {:.6g} s: {} near {} does not converge in {} iterations: particles "
+                                             "hardly determine the splines there; more particles a cell may help",
+                                             s.n, s.t, system.what, place_of(model, system.space.center(worst)), most));
+        }
+        precondition(s, system);
+        const Lanes now = dot(work.r.data(), work.z.data()), beta = quotient(now, before);
+        parallel_for_each(n, [&](std::ptrdiff_t i) { work.p[i] = k == 0 ? work.z[i] : work.z[i] + work.p[i] * beta; });
+        product(work.p.data());
+        const Lanes alpha = quotient(now, dot(work.p.data(), work.q.data()));
+        parallel_for_each(n, [&](std::ptrdiff_t i) {
+            x[i] += work.p[i] * alpha;
+            work.r[i] -= work.q[i] * alpha;
+        });
+        before = now;
+        ++work.iterations[system.solve];
+    }
+}
+
+template <int D>
+std::string SplineScheme<D>::place_of(const Model<D>& model, const Vec<D>& y) const
+{
+    std::string at;
+    for (int a = 0; a < D; ++a) at += fmt::format("{}{:.6g}", a ? ", " : "", model.origin[a] + y[a] * model.h[a]);
+    return "(" + at + ")";
+}
+
+/// Functions whose particles fill their integral to less than a part, or that others determine already, are none that a fit could
+/// find.
+template <int D>
+void SplineScheme<D>::require_enough(const Model<D>& model, const State<D>& s, const System& system, const Lanes& unit,
+                                     int singular) const
+{
+    constexpr double least = 0.02;
+    auto refuse            = [&](std::size_t function) {
+        throw NumericalError(fmt::format("step {}, t = {:.6g} s: {} near {} has too few particles: splines of degree {} want two "
+                                                               "or more a cell along each axis, everywhere in a grid that the body fills",
+                                                    s.n, s.t, system.what, place_of(model, system.space.center(function)),
+                                                    system.space.axis[0].degree));
+    };
+    if (singular >= 0) refuse(singular);
+    for (std::size_t i = 0; i < system.space.count(); ++i)
+        if (!(largest(s.spline.sums[i] * unit) >= least * cell_volume_ * system.space.integral(i))) refuse(i);
+    if (static_cast<std::size_t>(s.particles.count) < system.space.count()) refuse(system.space.count() / 2);
+}
+
+/// Fits x to values of particles, value(i) and weight(i) lane by lane; `volume` says in which lanes the weight is the volume.
+template <int D>
+template <class Value, class Weight>
+void SplineScheme<D>::fit(const Model<D>& model, State<D>& s, const FitTask& task, const Value& value, const Weight& weight,
+                          Array<Lanes>& x) const
+{
+    SplineWork<D>& work         = s.spline;
+    const std::size_t functions = task.space.count();
+    if (!work.is_near) clear(x, functions);
+    clear(work.b, functions);
+    clear(work.sums, functions);
+    with_degree(task.space.axis[0].degree, [&]<int P>() {
+        for_each_cell([&](const Index<D>& cell) {
+            const int number = number_of(cell);
+            spread_cell<D, P>(
+                task.space, work, task.rows, cell, number, [&](int i) { return value(i) * weight(i); }, work.b.data());
+            spread_cell<D, P>(task.space, work, task.rows, cell, number, weight, work.sums.data());
+        });
+        Factors exact;
+        int singular = -1;
+        if constexpr (D == 1) {
+            const SplineAxis& axis = task.space.axis[0];
+            std::vector<Lanes> free(functions, Lanes(1.0));
+            if (task.free)
+                for (const Held& h : held_) free[h.function] = h.*task.free;
+            exact[0] = Banded<Lanes>(axis.count(), P, axis.periodic);
+            for (int cell = 0; cell < axis.cells; ++cell)
+                for (int k = work.first[cell]; k < work.first[cell + 1]; ++k) {
+                    const double* w = task.rows.weights.data() + static_cast<std::ptrdiff_t>(k) * task.rows.width;
+                    const Lanes of  = weight(work.order[k]);
+                    for (int i = 0; i <= P; ++i)
+                        for (int j = 0; j <= P; ++j) {
+                            const int row = axis.wrapped(axis.span_of(cell) + i), column = axis.wrapped(axis.span_of(cell) + j);
+                            exact[0].add(row, column, of * free[row] * free[column] * (w[i] * w[j]));
+                        }
+                }
+            for (std::size_t i = 0; i < functions; ++i) {
+                const int row = static_cast<int>(i);
+                exact[0].add(row, row, 1.0 - free[i]);
+            }
+            singular = exact[0].factor(1e-10);
+        }
+        const System system{task.solve,
+                            task.what,
+                            task.space,
+                            D == 1 ? exact : task.factors,
+                            D == 1,
+                            task.free,
+                            [&](const Lanes* from, Lanes* to) {
+                                for_each_cell([&](const Index<D>& cell) {
+                                    multiply_cell<D, P>(task.space, work, task.rows, cell, number_of(cell), weight, from, to);
+                                });
+                            }};
+        require_enough(model, s, system, task.volume, singular);
+        solve(model, s, system, x.data(), work.b.data());
+    });
+}
+
+template <int D>
+void SplineScheme<D>::fit_velocity(const Model<D>& model, State<D>& s) const
+{
+    const ParticleView<D> p = s.particles.view();
+    const Lanes of_mass = make_lanes(1, 1, 1, 0, 0, 0, 0, 0), of_volume = 1.0 - of_mass;
+    const FitTask task{
+        SplineWork<D>::kVelocity, "the fit of velocities", v_space_, s.spline.v_rows, v_factors_, &Held::velocity, of_volume};
+    auto value = [&](int i) {
+        Lanes r(0.0);
+        for (int a = 0; a < D; ++a) {
+            r[SplineLane::velocity + a]     = p.v[i][a];
+            r[SplineLane::acceleration + a] = model.gravity[a] + (p.b ? p.b[i][a] : 0.0);
+        }
+        r[SplineLane::density] = p.m[i] / p.V[i];
+        return r;
+    };
+    fit(
+        model, s, task, value, [&](int i) { return of_mass * p.m[i] + of_volume * p.V[i]; }, s.spline.v);
+}
+
+template <int D>
+void SplineScheme<D>::fit_stress(const Model<D>& model, State<D>& s) const
+{
+    const ParticleView<D> p = s.particles.view();
+    const FitTask task{SplineWork<D>::kStress, "the fit of stresses", s_space_, s.spline.s_rows, s_factors_, nullptr, Lanes(1.0)};
+    fit(
+        model, s, task, [&](int i) { return stress_lanes(p.sigma[i]); }, [&](int i) { return Lanes(p.V[i]); }, s.spline.s);
+}
+
+/// rho_h at Gauss points, times their weights.
+template <int D>
+void SplineScheme<D>::find_density(const Model<D>& model, State<D>& s) const
+{
+    SplineWork<D>& work = s.spline;
+    const int per_cell = power_of(points_, D), cell_count = number_of(cells_ - Index<D>::filled(1)) + 1;
+    const auto none = std::numeric_limits<int>::max();
+    keep_room(work.density, static_cast<std::size_t>(cell_count) * per_cell);
+    std::vector<unsigned char> is_negative(cell_count, 0);
+    with_degree(v_space_.axis[0].degree, [&]<int P>() {
+        for_each_cell([&](const Index<D>& at) {
+            SplineCell<D, P> cell(v_space_, at);
+            cell.load(work.v.data());
+            CellQuadrature<D, P> q(gauss_rows_of(at), points_);
+            q.evaluate(cell);
+            const int number = number_of(at);
+            for (int g = 0; g < per_cell; ++g) {
+                double weight = cell_volume_;
+                for (int a = 0, rest = g; a < D; ++a, rest /= points_) weight *= gauss_[a].weights[rest % points_];
+                const double density                                             = q.values[g][SplineLane::density];
+                work.density[static_cast<std::ptrdiff_t>(number) * per_cell + g] = weight * density;
+                if (!(density > 0)) is_negative[number] = 1;
+            }
+        });
+    });
+    int bad = none;
+    for (int c = 0; c < cell_count && bad == none; ++c)
+        if (is_negative[c]) bad = c;
+    if (bad == none) return;
+    Vec<D> y{};
+    for (int a = 0; a < D; ++a) {
+        y[a] = bad % cells_[a] + 0.5;
+        bad /= cells_[a];
+    }
+    throw NumericalError(
+        fmt::format("step {}, t = {:.6g} s: the density that fits the particles is not positive in the cell at {}: "
+                    "more particles a cell, a finer grid or a smaller deformation may help",
+                    s.n, s.t, place_of(model, y)));
+}
+
+/// to += M from, M_ij = sum_g w_g rho_h N_i N_j over Gauss points.
+template <int D>
+void SplineScheme<D>::multiply_mass(const State<D>& s, const Lanes* from, Lanes* to) const
+{
+    const int per_cell = power_of(points_, D);
+    with_degree(v_space_.axis[0].degree, [&]<int P>() {
+        for_each_cell([&](const Index<D>& at) {
+            SplineCell<D, P> cell(v_space_, at);
+            cell.load(from);
+            CellQuadrature<D, P> q(gauss_rows_of(at), points_);
+            q.evaluate(cell);
+            const double* density = s.spline.density.data() + static_cast<std::ptrdiff_t>(number_of(at)) * per_cell;
+            for (int g = 0; g < per_cell; ++g) q.values[g] = q.values[g] * density[g];
+            q.integrate(cell);
+            cell.add_to(to);
+        });
+    });
+}
+
+/// M a = M b - int s_h grad N_i.
+template <int D>
+void SplineScheme<D>::solve_acceleration(const Model<D>& model, State<D>& s) const
+{
+    SplineWork<D>& work         = s.spline;
+    const std::size_t functions = v_space_.count();
+    const Lanes only            = make_lanes(0, 0, 0, 0, 1, 1, 1, 0);
+    keep_room(work.part, functions);
+    keep_room(work.a, functions);
+    parallel_for_each(static_cast<std::ptrdiff_t>(functions), [&](std::ptrdiff_t i) {
+        work.part[i]                      = work.v[i] * only;
+        work.part[i][SplineLane::density] = 1.0;
+    });
+    clear(work.sums, functions);
+    multiply_mass(s, work.part.data(), work.sums.data());  // M b, and the sums of rows
+    clear(work.b, functions);
+    const auto stresses = static_cast<std::ptrdiff_t>(s_space_.count());
+    keep_room(work.column, static_cast<std::size_t>(stresses));
+    keep_room(work.force, functions);
+    for (int b = 0; b < D; ++b) {
+        parallel_for_each(stresses, [&](std::ptrdiff_t i) {
+            Lanes r(0.0);
+            for (int a = 0; a < D; ++a) r[SplineLane::acceleration + a] = work.s[i][stress_lane<D>(a, b)];
+            work.column[i] = r;
+        });
+        std::array<const AxisMatrix*, D> matrices{};
+        for (int a = 0; a < D; ++a) matrices[a] = a == b ? &slopes_back_[a] : &values_back_[a];
+        along_axes<D>(matrices, work.between, work.column.data(), work.force.data());
+        parallel_for_each(static_cast<std::ptrdiff_t>(functions),
+                          [&](std::ptrdiff_t i) { work.b[i] -= work.force[i] * cell_volume_; });
+    }
+    parallel_for_each(static_cast<std::ptrdiff_t>(functions), [&](std::ptrdiff_t i) {
+        work.b[i] += work.sums[i] * only;
+        work.sums[i] = Lanes(work.sums[i][SplineLane::density]);
+        if (!work.is_near) work.a[i] = work.part[i] * only;
+    });
+
+    Factors exact;
+    if constexpr (D == 1) {
+        const SplineAxis& axis = v_space_.axis[0];
+        std::vector<Lanes> free(functions, Lanes(1.0));
+        for (const Held& h : held_) free[h.function] = h.acceleration;
+        exact[0] = Banded<Lanes>(axis.count(), axis.degree, axis.periodic);
+        for (int cell = 0; cell < axis.cells; ++cell)
+            for (int g = 0; g < points_; ++g) {
+                const double* w = gauss_[0].of_cell(cell) + g * gauss_[0].width;
+                for (int i = 0; i <= axis.degree; ++i)
+                    for (int j = 0; j <= axis.degree; ++j) {
+                        const int row = axis.wrapped(axis.span_of(cell) + i), column = axis.wrapped(axis.span_of(cell) + j);
+                        exact[0].add(row, column, free[row] * free[column] * (work.density[cell * points_ + g] * w[i] * w[j]));
+                    }
+            }
+        for (std::size_t i = 0; i < functions; ++i) exact[0].add(static_cast<int>(i), static_cast<int>(i), 1.0 - free[i]);
+        exact[0].factor(0.0);
+    }
+    const System system{SplineWork<D>::kMass,
+                        "the mass matrix of splines",
+                        v_space_,
+                        D == 1 ? exact : a_factors_,
+                        D == 1,
+                        &Held::acceleration,
+                        [&](const Lanes* from, Lanes* to) { multiply_mass(s, from, to); }};
+    solve(model, s, system, work.a.data(), work.b.data());
+}
+
+/// L_h, column by column, int N^S (L_h - grad v_h) = 0.
+template <int D>
+void SplineScheme<D>::project_gradient(State<D>& s) const
+{
+    SplineWork<D>& work   = s.spline;
+    const Index<D> counts = s_space_.counts();
+    for (int b = 0; b < D; ++b) {
+        std::array<const AxisMatrix*, D> matrices{};
+        for (int a = 0; a < D; ++a) matrices[a] = a == b ? &slopes_[a] : &values_[a];
+        keep_room(work.L[b], s_space_.count());
+        along_axes<D>(matrices, work.between, work.v.data(), work.L[b].data());
+        for (int a = 0; a < D; ++a)
+            for_each_line<D>(counts, a, [&](std::ptrdiff_t first, std::ptrdiff_t stride) {
+                s_factors_[a].solve(work.L[b].data() + first, stride);
+            });
+    }
+}
+
+template <int D>
+void SplineScheme<D>::evaluate(const Model<D>& model, State<D>& s, StageTimes* times) const
+{
+    SplineWork<D>& work = s.spline;
+    {
+        Stopwatch watch(times, StageTimes::sort);
+        sort(model, s);
+    }
+    {
+        Stopwatch watch(times, StageTimes::fit);
+        fit_velocity(model, s);
+        fit_stress(model, s);
+    }
+    {
+        Stopwatch watch(times, StageTimes::nodes);
+        find_density(model, s);
+        solve_acceleration(model, s);
+        project_gradient(s);
+    }
+    Stopwatch watch(times, StageTimes::gather);
+    const std::size_t n = s.particles.count;
+    keep_room(work.v_at, n);
+    keep_room(work.a_at, n);
+    keep_room(work.L_at, n);
+    const Lanes only = make_lanes(0, 0, 0, 0, 1, 1, 1, 0);
+    parallel_for_each(static_cast<std::ptrdiff_t>(v_space_.count()),
+                      [&](std::ptrdiff_t i) { work.part[i] = work.v[i] * (1.0 - only) + work.a[i] * only; });
+    with_degree(v_space_.axis[0].degree, [&]<int P>() {
+        for_each_cell([&](const Index<D>& cell) {
+            collect_cell<D, P>(v_space_, work, work.v_rows, cell, number_of(cell), work.part.data(),
+                               [&](int i, const Lanes& sum) {
+                                   for (int a = 0; a < D; ++a) {
+                                       work.v_at[i][a] = sum[SplineLane::velocity + a];
+                                       work.a_at[i][a] = sum[SplineLane::acceleration + a];
+                                   }
+                               });
+        });
+    });
+    with_degree(s_space_.axis[0].degree, [&]<int P>() {
+        for_each_cell([&](const Index<D>& cell) {
+            for (int b = 0; b < D; ++b)
+                collect_cell<D, P>(s_space_, work, work.s_rows, cell, number_of(cell), work.L[b].data(),
+                                   [&](int i, const Lanes& sum) {
+                                       for (int a = 0; a < D; ++a) work.L_at[i](a, b) = sum[SplineLane::velocity + a];
+                                   });
+        });
+    });
+}
+
+template <int D>
+void SplineScheme<D>::step(const Model<D>& model, State<D>& s, double dt, const Forces& forces, StageTimes* times) const
+{
+    const RungeKutta scheme = runge_kutta(model.method.scheme);
+    const ParticleView<D> p = s.particles.view();
+    SplineWork<D>& work     = s.spline;
+    const std::size_t n     = p.count;
+    const double t          = s.t;
+    for (Array<Vec<D>>* array : {&work.x0, &work.v0, &work.dx, &work.dv}) keep_room(*array, n);
+    for (Array<Mat<D>>* array : {&work.F0, &work.dF, &work.sigma0, &work.dsigma}) keep_room(*array, n);
+    work.iterations = {};
+    parallel_for_each(p.count, [&](std::ptrdiff_t i) {
+        work.x0[i]     = p.x[i];
+        work.v0[i]     = p.v[i];
+        work.F0[i]     = p.F[i];
+        work.sigma0[i] = p.sigma[i];
+        work.dx[i] = work.dv[i] = Vec<D>{};
+        work.dF[i] = work.dsigma[i] = Mat<D>{};
+    });
+    auto restore = [&] {
+        parallel_for_each(p.count, [&](std::ptrdiff_t i) {
+            p.x[i]     = work.x0[i];
+            p.v[i]     = work.v0[i];
+            p.F[i]     = work.F0[i];
+            p.sigma[i] = work.sigma0[i];
+            p.V[i]     = det(p.F[i]) * p.V0[i];
+        });
+    };
+    for (int k = 0; k < scheme.stages; ++k) {
+        forces(t + scheme.at[k] * dt);
+        work.is_near = k > 0;
+        try {
+            evaluate(model, s, times);
+        } catch (const NumericalError&) {
+            restore();
+            throw;
+        }
+        Stopwatch watch(times, StageTimes::gather);
+        if (k == 0) {
+            show(s);
+            if (s.projection.is_wanted) report(s);
+            // What no spline holds nothing else damps. The fit stays the same: that of v_h(x_p) is v_h.
+            parallel_for_each(p.count,
+                              [&](std::ptrdiff_t i) { work.v0[i] -= model.method.null_damping * (work.v0[i] - work.v_at[i]); });
+        }
+        const bool is_last   = k + 1 == scheme.stages;
+        const double further = is_last ? 0.0 : dt * scheme.at[k + 1], part = dt * scheme.weight[k];
+        using Faults       = TileReport;
+        const Faults found = parallel_reduce(
+            p.count, Faults{},
+            [&](std::ptrdiff_t i) {
+                const Mat<D>& L          = work.L_at[i];
+                const Mat<D> slope       = L * p.F[i];
+                const Material& material = model.materials[p.material[i]];
+                const Mat<D> rate        = stress_rate(material, p.sigma[i], L);
+                work.dx[i] += part * work.v_at[i];
+                work.dv[i] += part * work.a_at[i];
+                work.dF[i] += part * slope;
+                work.dsigma[i] += part * rate;
+                p.x[i]         = work.x0[i] + (is_last ? work.dx[i] : further * work.v_at[i]);
+                p.v[i]         = work.v0[i] + (is_last ? work.dv[i] : further * work.a_at[i]);
+                p.F[i]         = work.F0[i] + (is_last ? work.dF[i] : further * slope);
+                p.sigma[i]     = material.is_rate_law() ? work.sigma0[i] + (is_last ? work.dsigma[i] : further * rate)
+                                                        : initial_stress(material, p.F[i]);
+                const double J = det(p.F[i]);
+                p.V[i]         = J * p.V0[i];
+                Faults r;
+                if (!std::isfinite(norm(p.x[i]) + norm(p.v[i]) + J)) r.flag(Fault::not_finite, static_cast<int>(i));
+                if (!(J > 0)) r.flag(Fault::inverted, static_cast<int>(i));
+                for (int a = 0; a < D; ++a) {
+                    r.move         = larger(r.move, std::fabs(p.x[i][a] - work.x0[i][a]) / model.h[a]);
+                    const double y = (p.x[i][a] - model.origin[a]) / model.h[a];
+                    if (!model.periodic[a] && !(y >= -kOutside && y <= model.cells[a] + kOutside))
+                        r.flag(Fault::left_grid, static_cast<int>(i));
+                }
+                return r;
+            },
+            [](Faults& total, const Faults& one) {
+                total.move = larger(total.move, one.move);
+                if (one.fault != Fault::none) total.flag(one.fault, one.particle);
+            });
+        if (found.fault != Fault::none) {
+            s.fault = found;
+            return;
+        }
+        s.move = found.move;
+    }
+    s.drift += s.move;
+}
+
+template <int D>
+void SplineScheme<D>::show(State<D>& s) const
+{
+    SplineWork<D>& work  = s.spline;
+    Index<D> counts      = cells_ + Index<D>::filled(1);
+    std::size_t vertices = 1;
+    std::array<const AxisMatrix*, D> matrices{};
+    for (int a = 0; a < D; ++a) {
+        vertices *= counts[a];
+        matrices[a] = &at_vertices_[a];
+    }
+    keep_room(work.column, vertices);
+    along_axes<D>(matrices, work.between, work.v.data(), work.column.data());
+    std::ptrdiff_t number = 0;
+    IndexBox<D>{{}, counts}.for_each([&](const Index<D>& k) {
+        const Lanes& from = work.column[number++];
+        const Index<D> at = k + Index<D>::filled(s.lattice.margin);
+        double volume     = 1.0;
+        for (int a = 0; a < D; ++a) volume *= s.lattice.node_length(a, at[a]);
+        Lanes& to = s.nodes[s.lattice.offset(at)];
+        to        = Lanes(0.0);
+        for (int a = 0; a < D; ++a) to[NodeLane::velocity + a] = from[SplineLane::velocity + a];
+        to[NodeLane::mass]   = from[SplineLane::density] * volume;
+        to[NodeLane::volume] = volume;
+    });
+}
+
+/// Mass and momentum of particles and of the grid.
+template <int D>
+void SplineScheme<D>::report(State<D>& s) const
+{
+    SplineWork<D>& work     = s.spline;
+    const ParticleView<D> p = s.particles.view();
+    const Lanes before      = parallel_reduce(
+             p.count, Lanes(0.0), [&](std::ptrdiff_t i) { return mass_momentum(p.m[i], p.v[i], 0.0); }, add);
+    const std::size_t functions = v_space_.count();
+    parallel_for_each(static_cast<std::ptrdiff_t>(functions), [&](std::ptrdiff_t i) {
+        work.p[i]                      = work.v[i];
+        work.p[i][SplineLane::density] = 1.0;
+    });
+    clear(work.q, functions);
+    multiply_mass(s, work.p.data(), work.q.data());
+    const Lanes after = parallel_reduce(
+        static_cast<std::ptrdiff_t>(functions), Lanes(0.0), [&](std::ptrdiff_t i) { return work.q[i]; }, add);
+    ProjectionReport& report = s.projection;
+    report.mass_before       = before[NodeLane::mass];
+    report.mass_after        = after[SplineLane::density];
+    for (int a = 0; a < D; ++a) {
+        report.momentum_before[a] = before[NodeLane::velocity + a];
+        report.momentum_after[a]  = after[SplineLane::velocity + a];
+    }
+}
+
+template <int D>
+void SplineScheme<D>::project(const Model<D>& model, State<D>& s) const
+{
+    s.spline.is_near = false;
+    sort(model, s);
+    fit_velocity(model, s);
+    find_density(model, s);
+    show(s);
+    report(s);
+}
+
+template class SplineScheme<1>;
+template class SplineScheme<2>;
+template class SplineScheme<3>;
+
+}  // namespace ordo

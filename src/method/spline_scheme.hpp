@@ -1,0 +1,171 @@
+// Third and fourth order at large deformation: fields of particles become splines by weighted least squares, the velocity
+// gradient is projected onto the splines of the stress, and particles are the data of Runge-Kutta stages (docs/high_order.md).
+#pragma once
+
+#include "base/array.hpp"
+#include "grid/banded.hpp"
+#include "grid/spline_axis.hpp"
+#include "kernels/spline.hpp"
+#include "method/stage_times.hpp"
+
+#include <array>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace ordo {
+
+template <int D>
+struct Model;
+template <int D>
+struct State;
+
+/// Lanes of a record of the velocity's splines: velocity m/s, density kg/m^D, body force or acceleration m/s^2.
+struct SplineLane {
+    static constexpr int velocity     = 0;
+    static constexpr int density      = 3;
+    static constexpr int acceleration = 4;
+};
+
+/// The lane of component (a, b) of a symmetric tensor in a record of the stress' splines.
+template <int D>
+constexpr int stress_lane(int a, int b)
+{
+    const int lo = a < b ? a : b, hi = a < b ? b : a;
+    return lo * D - lo * (lo - 1) / 2 + hi - lo;
+}
+
+/// Weights of particles at the functions of a space, [particle in order][axis][function].
+struct SampleRows {
+    int width = 0;  ///< of a particle
+    Array<double> weights;
+};
+
+/// Values of an axis' functions at the Gauss points of each of its cells.
+struct GaussRows {
+    int points = 0, width = 0;    ///< of a cell; functions that do not vanish there
+    std::vector<double> at;       ///< [cell][point][function]
+    std::vector<double> weights;  ///< of a cell of length 1
+
+    const double* of_cell(int cell) const { return at.data() + static_cast<std::ptrdiff_t>(cell) * points * width; }
+};
+
+/// What a scheme of splines works with. All of it follows from the particles: nothing of it is state.
+template <int D>
+struct SplineWork {
+    Array<int> order;        ///< particles in the order of their cells
+    std::vector<int> first;  ///< of `order` in each cell, and the end
+    SampleRows v_rows, s_rows;
+    Array<Lanes> v, a;              ///< splines of velocity, density and body force, and of the acceleration, see SplineLane
+    Array<Lanes> s;                 ///< of the stress, see stress_lane
+    std::array<Array<Lanes>, D> L;  ///< of the columns of the velocity gradient
+    Array<double> density;          ///< at Gauss points, cell by cell, times their weights, kg
+    bool is_near = false;           ///< `v` and `s` are near those of the next fit: stages of a step
+    enum Solve { kVelocity, kStress, kMass };
+    std::array<long, 3> iterations{};  ///< of conjugate gradients, in the last step
+
+    Array<Lanes> r, z, p, q;   ///< of conjugate gradients
+    Array<Lanes> sums, scale;  ///< of rows of a matrix; of its preconditioner
+    Array<Lanes> b;            ///< right-hand sides
+    Array<Lanes> part;         ///< some lanes of `v`
+    Array<Lanes> column;       ///< of the stress, and what it adds to forces
+    Array<Lanes> force;
+    std::array<Array<Lanes>, 2> between;  ///< axes
+
+    /// Of particles: v_h, a_h and L_h where they are; the start of a step, and sums over its stages.
+    Array<Vec<D>> v_at, a_at, x0, v0, dx, dv;
+    Array<Mat<D>> L_at, F0, dF, sigma0, dsigma;
+};
+
+/// Projection `spline-fit` with quadrature `spline`, gradient `projected` and a scheme of Runge and Kutta:
+///
+///     v_h = argmin sum_p m_p (v_p - v_h(x_p))^2       s_h = argmin sum_p V_p (sigma_p - s_h(x_p))^2
+///     rho_h, b_h: the same of m_p/V_p and b_p, weight V_p
+///     M a_h = f,   M_ij = int rho_h N_i N_j,   f_i = int -s_h grad N_i + N_i rho_h b_h
+///     L_h = the L2 projection of grad v_h onto the splines of the stress
+///     x' = v_h(x),  v' = a_h(x),  F' = L_h(x) F
+template <int D>
+class SplineScheme {
+  public:
+    /// Throws InputError for a model that it cannot hold: faces without walls, prescribed velocities, planes inside the grid,
+    /// tractions, several materials, fewer cells than the spaces need.
+    explicit SplineScheme(const Model<D>& model);
+
+    /// Sets the body force of all particles at a time.
+    using Forces = std::function<void(double t)>;
+
+    /// One step of particles and time; records of nodes become those of its start. Throws NumericalError, the particles being
+    /// those of the start.
+    void step(const Model<D>& model, State<D>& s, double dt, const Forces& forces, StageTimes* times) const;
+
+    /// v_h, a_h and L_h at the particles, in `s.spline`, for particles as they are with the body forces that they have.
+    void evaluate(const Model<D>& model, State<D>& s, StageTimes* times = nullptr) const;
+
+    /// Fits velocities and densities alone: velocity and mass at the vertices of cells, in the records of `s.nodes`, and mass and
+    /// momentum of grid and particles.
+    void project(const Model<D>& model, State<D>& s) const;
+
+    const SplineSpace<D>& velocity_space() const { return v_space_; }
+    const SplineSpace<D>& stress_space() const { return s_space_; }
+
+  private:
+    /// What walls hold: lanes of these functions are 0 in the masks, others 1.
+    struct Held {
+        std::size_t function;
+        Lanes velocity, acceleration;
+    };
+    /// A symmetric positive definite system of functions, eight right-hand sides at a time.
+    struct System;
+    using Factors = std::array<Banded<Lanes>, D>;
+
+    void sort(const Model<D>& model, State<D>& s) const;
+    void show(State<D>& s) const;
+    void report(State<D>& s) const;
+    void fit_velocity(const Model<D>& model, State<D>& s) const;
+    void fit_stress(const Model<D>& model, State<D>& s) const;
+    void find_density(const Model<D>& model, State<D>& s) const;
+    void solve_acceleration(const Model<D>& model, State<D>& s) const;
+    void project_gradient(State<D>& s) const;
+    void multiply_mass(const State<D>& s, const Lanes* from, Lanes* to) const;
+    /// What fits of particles differ in.
+    struct FitTask {
+        typename SplineWork<D>::Solve solve;
+        const char* what;  ///< for messages
+        const SplineSpace<D>& space;
+        const SampleRows& rows;
+        const Factors& factors;
+        const Lanes Held::*free;  ///< null without walls
+        Lanes volume;             ///< 1 in lanes whose weight is the volume
+    };
+    template <class Value, class Weight>
+    void fit(const Model<D>& model, State<D>& s, const FitTask& task, const Value& value, const Weight& weight,
+             Array<Lanes>& x) const;
+    void solve(const Model<D>& model, State<D>& s, const System& system, Lanes* x, Lanes* b) const;
+    void precondition(State<D>& s, const System& system) const;
+    void require_enough(const Model<D>& model, const State<D>& s, const System& system, const Lanes& unit, int singular) const;
+    std::string place_of(const Model<D>& model, const Vec<D>& y) const;
+    void add_walls(const Model<D>& model);
+
+    template <class F>
+    void for_each_cell(F&& f) const;
+    int number_of(const Index<D>& cell) const;
+    Vec<D, const double*> gauss_rows_of(const Index<D>& cell) const;
+
+    SplineSpace<D> v_space_, s_space_;
+    Index<D> cells_{};
+    int points_         = 0;                               ///< Gauss points of a cell along an axis
+    double cell_volume_ = 0.0;                             ///< m^D
+    GaussRows gauss_[D];                                   ///< of the velocity's functions
+    std::array<std::vector<IndexBox<D>>, 1 << D> blocks_;  ///< of cells; those of a colour share no function
+
+    std::vector<Held> held_;
+
+    Factors v_factors_, a_factors_, s_factors_;  ///< of the mass matrix of unit density along each axis
+    std::array<AxisMatrix, D> values_,
+        slopes_;  ///< int N^S N and int N^S dN/dx, from velocity to stress, over that of unit length
+    std::array<AxisMatrix, D> values_back_, slopes_back_;  ///< transposed
+    std::array<AxisMatrix, D> at_vertices_;                ///< the velocity's functions there
+};
+
+}  // namespace ordo

@@ -1,0 +1,249 @@
+// Projection spline-fit: what its fits give back, what it conserves, and what it refuses.
+#include "base/error.hpp"
+#include "method/diagnostics.hpp"
+#include "support/particles.hpp"
+
+#include <gtest/gtest.h>
+
+#define EIGEN_DONT_VECTORIZE  // see verification/lattice_operator.cpp
+#include <Eigen/Eigenvalues>
+
+#include <numbers>
+
+namespace ordo {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+std::vector<std::string> spline_presets() { return {"spline3", "spline4", "spline5"}; }
+
+template <int D>
+Model<D> periodic_box(int cells, const MethodSpec& method)
+{
+    Model<D> model = test::unit_box<D>(cells, method);
+    model.periodic = Vec<D, bool>::filled(true);
+    return model;
+}
+
+/// Particles all over the box, moved by up to `jitter` of their distance, with random velocities and stresses.
+template <int D>
+State<D> random_particles(const Explicit<D>& method, int per_axis, double jitter, test::Random& random)
+{
+    const Model<D>& model = method.model();
+    State<D> s            = method.start(plant_all(model, test::block(model, 0.0, 1.0, per_axis)));
+    Particles<D>& p       = s.particles;
+    for (int i = 0; i < p.count; ++i) {
+        for (int a = 0; a < D; ++a) {
+            p.x[i][a] += test::uniform(random, -jitter, jitter) * model.h[a] / per_axis;
+            p.v[i][a] = test::uniform(random, -1, 1);
+            for (int b = 0; b <= a; ++b) p.sigma[i](a, b) = p.sigma[i](b, a) = test::uniform(random, -1, 1);
+        }
+        p.V[i] *= test::uniform(random, 0.7, 1.3);
+        p.m[i] = 1000.0 * test::uniform(random, 0.95, 1.05) * p.V[i];
+    }
+    return s;
+}
+
+template <int D>
+double largest_difference(const Array<Vec<D>>& a, const Array<Vec<D>>& b, int n)
+{
+    double r = 0;
+    for (int i = 0; i < n; ++i) r = std::max(r, norm(a[i] - b[i]));
+    return r;
+}
+
+/// What was a spline is given back.
+template <int D>
+void check_identity(const Model<D>& model)
+{
+    SCOPED_TRACE(std::string(name_of(model.method.basis)) + (model.periodic[0] ? " periodic" : ""));
+    const Explicit<D> method(model);
+    test::Random random(2);
+    State<D> s = random_particles(method, 3, 0.3, random);
+    method.splines()->evaluate(model, s);
+    const int n = s.particles.count;
+    std::vector<Vec<D>> first(s.spline.v_at.begin(), s.spline.v_at.begin() + n);
+    EXPECT_GT(largest_difference(s.particles.v, s.spline.v_at, n), 0.1);
+    for (int i = 0; i < n; ++i) s.particles.v[i] = first[i];
+    s.spline.is_near = false;
+    method.splines()->evaluate(model, s);
+    double r = 0;
+    for (int i = 0; i < n; ++i) r = std::max(r, norm(first[i] - s.spline.v_at[i]));
+    EXPECT_LT(r, 1e-12);
+}
+TEST(SplineFit, GivesBackASpline)
+{
+    for (const std::string& preset : spline_presets()) {
+        const MethodSpec method = find_preset(preset)->spec;
+        check_identity(test::walled_box<1>(16, method));
+        check_identity(test::walled_box<2>(8, method));
+        check_identity(test::walled_box<3>(5, method));
+        check_identity(periodic_box<1>(16, method));
+        check_identity(periodic_box<2>(8, method));
+        check_identity(test::walled_box<2>(8, method, BoundaryType::fixed));
+    }
+}
+
+/// A field of the spaces' own degree is exact, with its gradient; so is the acceleration of a stress of that degree.
+template <int D>
+void check_polynomials(const MethodSpec& spec)
+{
+    const Model<D> model = test::walled_box<D>(D == 3 ? 5 : 8, spec);
+    const Explicit<D> method(model);
+    test::Random random(7);
+    State<D> s      = random_particles(method, 3, 0.3, random);
+    Particles<D>& p = s.particles;
+    auto velocity   = [](const Vec<D>& x, int a) {  // zero at the walls of its axis
+        double r = x[a] * (1 - x[a]) * (x[a] - 0.3);
+        for (int b = 0; b < D; ++b)
+            if (b != a) r *= 1 + 0.5 * x[b] * x[b];
+        return r;
+    };
+    for (int i = 0; i < p.count; ++i)
+        for (int a = 0; a < D; ++a) p.v[i][a] = velocity(p.x[i], a);
+    method.splines()->evaluate(model, s);
+    for (int i = 0; i < p.count; ++i)
+        for (int a = 0; a < D; ++a) {
+            EXPECT_NEAR(s.spline.v_at[i][a], p.v[i][a], 1e-11);
+            for (int b = 0; b < D; ++b) {
+                Vec<D> d{};
+                d[b] = 1e-5;
+                EXPECT_NEAR(s.spline.L_at[i](a, b), (velocity(p.x[i] + d, a) - velocity(p.x[i] - d, a)) / 2e-5, 1e-8);
+            }
+        }
+}
+TEST(SplineFit, FindsPolynomialsAndTheirGradients)
+{
+    for (const std::string& preset : spline_presets()) {
+        check_polynomials<1>(find_preset(preset)->spec);
+        check_polynomials<2>(find_preset(preset)->spec);
+        check_polynomials<3>(find_preset(preset)->spec);
+    }
+}
+
+/// The largest real part of the spectrum of v' = a_h, sigma' = E L_h on a frozen lattice, in c/h.
+double largest_real_part(const Model<1>& given, int per_axis, double jitter, double shift)
+{
+    Model<1> model  = given;
+    model.materials = {{MaterialModel::linear_rate_1d, 1.0, 0.0, 0.5}};
+    const Explicit<1> method(model);
+    test::Random random(4);
+    State<1> s      = method.start(plant_all(model, test::block(model, 0.0, 1.0, per_axis)));
+    Particles<1>& p = s.particles;
+    for (int i = 0; i < p.count; ++i) p.x[i][0] += (shift + test::uniform(random, -jitter, jitter)) * model.h[0] / per_axis;
+    Eigen::MatrixXd A(2 * p.count, 2 * p.count);
+    for (int column = 0; column < 2 * p.count; ++column) {
+        for (int i = 0; i < p.count; ++i) {
+            p.v[i][0]        = column == i;
+            p.sigma[i](0, 0) = column == p.count + i;
+        }
+        s.spline.is_near = false;
+        method.splines()->evaluate(model, s);
+        for (int i = 0; i < p.count; ++i) {
+            A(i, column)           = s.spline.a_at[i][0];
+            A(p.count + i, column) = s.spline.L_at[i](0, 0);
+        }
+    }
+    const auto values = A.eigenvalues();
+    double r          = 0;
+    for (const auto& value : values) r = std::max(r, value.real());
+    EXPECT_GT(values.imag().maxCoeff() * model.h[0], 1.0);
+    return r * model.h[0];
+}
+TEST(SplineFit, FrozenLatticesAreNeutral)
+{
+    for (const std::string& preset : spline_presets()) {
+        SCOPED_TRACE(preset);
+        const MethodSpec method = find_preset(preset)->spec;
+        for (const int per_axis : {2, 3})
+            for (const double shift : {0.0, 0.25, 0.5}) {
+                EXPECT_LT(largest_real_part(periodic_box<1>(16, method), per_axis, 0, shift), 1e-12);
+                if (per_axis == 3 || shift == 0) {
+                    EXPECT_LT(largest_real_part(periodic_box<1>(16, method), per_axis, 0.25, shift), 1e-12);
+                }
+            }
+        EXPECT_LT(largest_real_part(test::walled_box<1>(16, method), 2, 0.0, 0), 1e-12);
+        EXPECT_LT(largest_real_part(test::walled_box<1>(16, method), 2, 0.25, 0), 1e-12);
+    }
+}
+
+template <class F>
+std::string message_of(F&& f)
+{
+    try {
+        f();
+    } catch (const NumericalError& e) {
+        return e.what();
+    } catch (const InputError& e) {
+        return std::string("input: ") + e.what();
+    }
+    return "nothing";
+}
+
+TEST(SplineFit, TooFewParticlesAreNamedWithTheirPlace)
+{
+    const MethodSpec spec = find_preset("spline4")->spec;
+    {
+        const Explicit<1> method(test::walled_box<1>(16, spec));
+        State<1> s = method.start(plant_all(method.model(), test::block(method.model(), 0.0, 1.0, 1)));
+        EXPECT_NE(message_of([&] { method.step(s, 1e-3); }).find("has too few particles"), std::string::npos);
+    }
+    const Explicit<2> method(test::walled_box<2>(8, spec));
+    std::vector<Seed<2>> seeds = test::block(method.model(), 0.0, 1.0, 2);
+    std::erase_if(seeds, [](const Seed<2>& seed) { return norm(seed.x - Vec<2>{0.75, 0.25}) < 0.26; });
+    State<2> s                = method.start(plant_all(method.model(), seeds));
+    const std::string message = message_of([&] { method.step(s, 1e-3); });
+    EXPECT_NE(message.find("has too few particles"), std::string::npos) << message;
+    EXPECT_NE(message.find("near (0.75, 0."), std::string::npos) << message;
+}
+
+TEST(SplineFit, NegativeDensityIsNamedWithItsPlace)
+{
+    const Explicit<1> method(test::walled_box<1>(16, find_preset("spline3")->spec));
+    State<1> s = method.start(plant_all(method.model(), test::block(method.model(), 0.0, 1.0, 2)));
+    for (int i = 0; i < s.particles.count; ++i)
+        if (std::fabs(s.particles.x[i][0] - 0.4) < 0.02) s.particles.m[i] *= 60;
+    const std::string message = message_of([&] { method.step(s, 1e-4); });
+    EXPECT_NE(message.find("density that fits the particles is not positive"), std::string::npos) << message;
+}
+
+TEST(SplineFit, ModelsThatItCannotHoldAreRefused)
+{
+    const MethodSpec spec = find_preset("spline4")->spec;
+    auto refusal          = [](const Model<2>& model) { return message_of([&] { const Explicit<2> method(model); }); };
+    EXPECT_NE(refusal(test::unit_box<2>(8, spec)).find("input: projection spline-fit wants a wall on every face"),
+              std::string::npos);
+    Model<2> model = test::walled_box<2>(8, spec);
+    EXPECT_EQ(refusal(model), "nothing");
+    model.boundaries[1].type = BoundaryType::velocity;
+    EXPECT_NE(refusal(model).find("walls at rest"), std::string::npos);
+    model                  = test::walled_box<2>(8, spec);
+    model.boundaries[1].at = 0.5;
+    EXPECT_NE(refusal(model).find("on faces of the grid"), std::string::npos);
+    model = test::walled_box<2>(8, spec);
+    model.materials.push_back(model.materials[0]);
+    EXPECT_EQ(refusal(model), "nothing");
+    model.materials[1].density *= 2;
+    EXPECT_NE(refusal(model).find("one material"), std::string::npos);
+    EXPECT_NE(refusal(test::walled_box<2>(2, spec)).find("too few for splines"), std::string::npos);
+}
+
+/// Mass and momentum of the grid differ from those of the particles by the error of the particles' masses as a quadrature.
+TEST(SplineFit, EnergyIsKept)
+{
+    for (const std::string& preset : spline_presets()) {
+        const Explicit<1> method(test::walled_box<1>(32, find_preset(preset)->spec));
+        State<1> s = method.start(plant_all(method.model(), test::block(method.model(), 0.0, 1.0, 2)));
+        set_velocities(
+            s.particles, 0, s.particles.count, [](const Vec<1>& x) { return Vec<1>{0.1 * std::sin(kPi * x[0])}; },
+            method.model().h);
+        const double first = totals(method.model(), s.particles).total_energy();
+        const double c = method.model().materials[0].wave_speed(), dt = 0.3 / 32 / c;
+        const long steps = std::lround(4 / c / dt);  // two periods
+        for (long k = 0; k < steps; ++k) method.step(s, dt);
+        EXPECT_NEAR(totals(method.model(), s.particles).total_energy() / first, 1, 1e-4) << preset;
+    }
+}
+
+}  // namespace
+}  // namespace ordo

@@ -1,0 +1,228 @@
+// Splines with removable knots, banded matrices of one axis, Gauss rules of cells.
+#include "grid/banded.hpp"
+#include "grid/spline_axis.hpp"
+#include "kernels/spline.hpp"
+#include "support/particles.hpp"
+
+#include <gtest/gtest.h>
+
+namespace ordo {
+namespace {
+
+/// f(axis) for degrees, with and without knots next to the walls and periodic.
+template <class F>
+void for_each_axis_of_splines(F&& f)
+{
+    for (int degree = 1; degree <= SplineAxis::max_degree; ++degree) {
+        for (const int removed : {0, 1, 2}) f(SplineAxis{degree, 9, removed, false});
+        f(SplineAxis{degree, 9, 0, true});
+    }
+}
+
+/// f(function, value, slope) at a place.
+template <class F>
+void at(const SplineAxis& axis, double y, F&& f)
+{
+    with_degree(axis.degree, [&]<int P>() {
+        double w[P + 1], dw[P + 1];
+        const int span = axis.span_of(axis.cell_of(y));
+        axis.row<P>(span, y, w, dw);
+        for (int j = 0; j <= P; ++j) f(axis.wrapped(span + j), w[j], dw[j]);
+    });
+}
+
+std::vector<double> row(const SplineAxis& axis, double y)
+{
+    std::vector<double> r(axis.count());
+    at(axis, y, [&](int i, double w, double) { r[i] += w; });
+    return r;
+}
+
+TEST(Splines, ReproduceLinesAndIntegrate)
+{
+    for_each_axis_of_splines([](const SplineAxis& axis) {
+        SCOPED_TRACE(axis.degree * 10 + axis.removed);
+        std::vector<double> integral(axis.count());
+        constexpr int n = 1800;
+        for (int k = 0; k < n; ++k) {
+            const double y = 9.0 * (k + 0.5) / n;
+            double sum = 0, line = 0, slope = 0;
+            at(axis, y, [&](int i, double w, double dw) {
+                EXPECT_GE(w, 0);
+                sum += w;
+                line += w * axis.center(i);
+                slope += dw;
+                integral[i] += w * 9.0 / n;
+            });
+            EXPECT_NEAR(sum, 1, 1e-14);
+            EXPECT_NEAR(slope, 0, 1e-13);
+            if (!axis.periodic) {
+                EXPECT_NEAR(line, y, 1e-13);
+            }
+        }
+        for (int i = 0; i < axis.count(); ++i) EXPECT_NEAR(integral[i], axis.integral(i), 1e-4);
+    });
+}
+
+TEST(Splines, SlopesAreThoseOfValues)
+{
+    for_each_axis_of_splines([](const SplineAxis& axis) {
+        for (const double y : {0.3, 1.7, 4.4, 7.2, 8.9}) {
+            constexpr double d             = 1e-6;
+            const std::vector<double> high = row(axis, y + d), low = row(axis, y - d);
+            std::vector<double> slope(axis.count());
+            at(axis, y, [&](int i, double, double dw) { slope[i] += dw; });
+            for (int i = 0; i < axis.count(); ++i) EXPECT_NEAR(slope[i], (high[i] - low[i]) / (2 * d), 1e-8);
+        }
+    });
+}
+
+/// Without a knot a spline is one polynomial over the cells on both sides of it: the jump of its highest derivative is gone.
+TEST(Splines, RemovedKnotsAreNone)
+{
+    for (int degree = 1; degree <= SplineAxis::max_degree; ++degree)
+        for (const int removed : {0, 1, 2}) {
+            const SplineAxis axis{degree, 9, removed, false};
+            EXPECT_EQ(axis.count(), 9 + degree - 2 * removed);
+            for (int knot = 1; knot <= 8; ++knot) {
+                // The divided difference of degree + 1 of a polynomial of this degree is zero across the knot.
+                std::vector<std::vector<double>> rows;
+                for (int k = 0; k <= degree + 1; ++k) rows.push_back(row(axis, knot - 0.9 + 1.8 * k / (degree + 1)));
+                double jump = 0;
+                for (int i = 0; i < axis.count(); ++i) {
+                    double difference = 0, binomial = 1;
+                    for (int k = 0; k <= degree + 1; ++k) {
+                        difference += (k % 2 ? -1 : 1) * binomial * rows[k][i];
+                        binomial *= static_cast<double>(degree + 1 - k) / (k + 1);
+                    }
+                    jump = std::max(jump, std::fabs(difference));
+                }
+                const bool is_removed = knot <= removed || knot >= 9 - removed;
+                if (is_removed)
+                    EXPECT_LT(jump, 1e-13);
+                else
+                    EXPECT_GT(jump, 1e-5);
+            }
+        }
+}
+
+TEST(Banded, SolvesWhatWasMultiplied)
+{
+    test::Random random(3);
+    for (const bool periodic : {false, true})
+        for (const int size : {1, 2, 3, 7, 8, 20})
+            for (const int band : {0, 1, 2, 3, 5}) {
+                // A sum of squares of pieces of rows: positive definite.
+                std::vector<double> full(size * size);
+                Banded<double> one(size, band, periodic);
+                Banded<Lanes> eight(size, band, periodic);
+                auto add = [&](int i, int j, double value) {
+                    full[i * size + j] += value;
+                    one.add(i, j, value);
+                    eight.add(i, j, make_lanes(1, 2, 3, 4, 5, 6, 7, 8) * value);
+                };
+                for (int k = 0; k < 3 * size; ++k) {
+                    std::vector<double> w(band + 1);
+                    for (double& v : w) v = test::uniform(random, -1, 1);
+                    for (int i = 0; i <= band; ++i)
+                        for (int j = 0; j <= band; ++j) {
+                            const int row = k % size + i, column = k % size + j;
+                            if (periodic || (row < size && column < size)) add(row % size, column % size, w[i] * w[j]);
+                        }
+                }
+                for (int i = 0; i < size; ++i) add(i, i, 0.1);
+                std::vector<double> x(size), b(size);
+                for (double& v : x) v = test::uniform(random, -1, 1);
+                std::vector<Lanes> b8(2 * size, Lanes(0.0));
+                for (int i = 0; i < size; ++i) {
+                    for (int j = 0; j < size; ++j) b[i] += full[i * size + j] * x[j];
+                    b8[2 * i] = Lanes(b[i]);
+                }
+                EXPECT_EQ(one.factor(1e-12), -1);
+                EXPECT_EQ(eight.factor(1e-12), -1);
+                one.solve(b.data(), 1);
+                eight.solve(b8.data(), 2);
+                for (int i = 0; i < size; ++i) {
+                    EXPECT_NEAR(b[i], x[i], 1e-10);
+                    for (int k = 0; k < 8; ++k) EXPECT_NEAR(b8[2 * i][k], x[i] / (k + 1), 1e-10);
+                }
+            }
+}
+
+TEST(Banded, NamesTheRowThatOthersDetermine)
+{
+    for (const bool periodic : {false, true}) {
+        Banded<double> m(12, 1, periodic);
+        for (int i = 0; i < 12; ++i) m.add(i, i, i == 5 ? 0.0 : 1.0);
+        EXPECT_EQ(m.factor(1e-12), 5);
+    }
+}
+
+TEST(Banded, MatricesOfAnAxisAreTransposed)
+{
+    AxisMatrix m(2, 3);
+    m.add(0, 0, 1);
+    m.add(0, 1, 2);
+    m.add(1, 2, 3);
+    m.add(1, 2, 4);
+    const double from[] = {1, 10, 100};
+    double to[2]        = {};
+    m.multiply(from, to, 1);
+    EXPECT_EQ(to[0], 21);
+    EXPECT_EQ(to[1], 700);
+    const AxisMatrix t = m.transposed();
+    EXPECT_EQ(t.rows(), 3);
+    const double back[] = {1, 10};
+    double three[3]     = {};
+    t.multiply(back, three, 1);
+    EXPECT_EQ(three[0], 1);
+    EXPECT_EQ(three[1], 2);
+    EXPECT_EQ(three[2], 70);
+}
+
+/// evaluate and integrate are each other's transpose, and evaluate is the sum over functions.
+template <int D>
+void check_quadrature()
+{
+    constexpr int P = 3;
+    SplineSpace<D> space;
+    std::vector<double> B[D];
+    Vec<D, const double*> rows{};
+    test::Random random(8);
+    for (int a = 0; a < D; ++a) {
+        space.axis[a] = {P, 5, 0, false};
+        for (int k = 0; k < 4 * (P + 1); ++k) B[a].push_back(test::uniform(random, -1, 1));
+        rows[a] = B[a].data();
+    }
+    SplineCell<D, P> cell(space, Index<D>::filled(2)), back = cell;
+    std::vector<Lanes> values(power_of(4, D));
+    for (Lanes& r : cell.records) r = Lanes(test::uniform(random, -1, 1));
+    CellQuadrature<D, P> q(rows, 4);
+    q.evaluate(cell);
+    double one = 0, other = 0;
+    for (int g = 0; g < power_of(4, D); ++g) {
+        values[g]    = Lanes(test::uniform(random, -1, 1));
+        double plain = 0;
+        for (int j = 0; j < power_of(P + 1, D); ++j) {
+            double w = 1;
+            for (int a = 0, rest_g = g, rest_j = j; a < D; ++a, rest_g /= 4, rest_j /= P + 1)
+                w *= rows[a][rest_g % 4 * (P + 1) + rest_j % (P + 1)];
+            plain += w * cell.records[j][0];
+        }
+        EXPECT_NEAR(q.values[g][5], plain, 1e-13);
+        one += values[g][0] * q.values[g][0];
+    }
+    std::copy(values.begin(), values.end(), q.values);
+    q.integrate(back);
+    for (int j = 0; j < power_of(P + 1, D); ++j) other += back.records[j][7] * cell.records[j][0];
+    EXPECT_NEAR(one, other, 1e-12);
+}
+TEST(Splines, QuadratureOfACellIsItsTranspose)
+{
+    check_quadrature<1>();
+    check_quadrature<2>();
+    check_quadrature<3>();
+}
+
+}  // namespace
+}  // namespace ordo
