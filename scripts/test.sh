@@ -24,7 +24,7 @@ for preset in minimal asan-ubsan release dev; do
   cmake --build --preset "$preset"
   if [ "$preset" = dev ]; then
     scripts/check_headers.sh build/dev
-    printf '%s\0' src/*/*.cpp | xargs -0 -P 2 -n 1 clang-tidy -p build/dev --quiet --extra-arg=-Wno-unknown-warning-option --warnings-as-errors='*' 2>/dev/null
+    scripts/tidy.sh build/dev
   fi
   ctest --preset "$preset" --progress
 done
