@@ -30,7 +30,7 @@ UNITS = {"displacement": "m", "position": "m", "velocity": "m/s", "stress": "Pa"
          "volume": "m³", "pressure": "Pa", "von_mises": "Pa", "energy_density": "J/m³"}
 LABELS = {"velocity": "speed", "von_mises": "von Mises stress"}
 LINES = ["-", "--", "-.", ":"]
-SLOPES = "orders 1 and 2"
+SLOPES = {(1, 2): "orders 1 and 2", (2, 3, 4): "orders 2, 3 and 4"}  # lines to compare with, and what a legend calls them
 ERRORS = ["displacement", "velocity", "stress", "density", "velocity_grid", "value", "value_inside"]
 # Dimensions of VTK's cell types; the corners of a triangle as those of a quad, of a tetrahedron as those of a hexahedron.
 DIMS = {1: 0, 3: 1, 5: 2, 9: 2, 10: 3, 12: 3}
@@ -333,17 +333,24 @@ def draw_errors(axes, studies, name, methods):
 
 
 def draw_slopes(axes, curves):
-    """Lines of order 1 and 2 through one point, below all curves, over the coarser half of the meshes."""
+    """Lines of known order through one point, below all curves, over the coarser half of the meshes."""
     low, high = min(c[0, 0] for c in curves), max(c[0, -1] for c in curves)
     if low == high:
         return
     h = np.geomspace((low * high) ** 0.5, high, 20)
     below = np.min([np.interp(np.log(h), *np.log(c)) for c in curves], axis=0)
-    start = np.exp(np.min(below - 2 * np.log(h / h[0]))) / 2
-    for order in (1, 2):
+    steepest = max(np.log(c[1, -1] / c[1, 0]) / np.log(c[0, -1] / c[0, 0]) for c in curves if c[0, -1] > c[0, 0])
+    orders, label = list(SLOPES.items())[steepest > 2.6]
+    start = np.exp(np.min(below - orders[-1] * np.log(h / h[0]))) / 2
+    for order in orders:
         e = start * (h / h[0]) ** order
-        axes.plot(h[[0, -1]], e[[0, -1]], color=GREY, linewidth=0.9, label=SLOPES)
+        axes.plot(h[[0, -1]], e[[0, -1]], color=GREY, linewidth=0.9, label=label)
         axes.annotate(str(order), (h[-1], e[-1]), (3, 0), textcoords="offset points", color=GREY, fontsize=8, va="center")
+
+
+def slopes_last(entries):
+    """Entries of a legend with the lines of known order behind all others."""
+    return dict(sorted(entries.items(), key=lambda entry: entry[0] in SLOPES.values()))
 
 
 # ---- whole figures ---------------------------------------------------------------------------------------------------
@@ -465,9 +472,7 @@ def draw_convergence(studies, output, methods, title, subtitle):
     for a, name in zip(axes.flat, names):
         draw_errors(a, studies, name, methods)
         entries.update(zip(*a.get_legend_handles_labels()[::-1]))
-    slopes = entries.pop(SLOPES, None)
-    if slopes:
-        entries[SLOPES] = slopes
+    entries = slopes_last(entries)
     for a in axes.flat[len(names):]:
         a.set_axis_off()
     if len(names) < axes.size:

@@ -267,7 +267,7 @@ def style_of(method, ppc=None):
 
 
 def draw_error_curves(axes, curves, xlabel="cell size, m", ylabel=None, exponents=False, slopes=True):
-    """[(Style, curve)] on logarithmic axes, lines of order 1 and 2, failed meshes as crosses at the top."""
+    """[(Style, curve)] on logarithmic axes, lines of known order, failed meshes as crosses at the top."""
     drawn = []
     top = {}
     for style, curve in curves:
@@ -308,9 +308,7 @@ def add_legend(figure, axes, slot, columns, extra=()):
     for a in np.ravel(axes):
         for handle, label in zip(*a.get_legend_handles_labels()):
             entries.setdefault(label, handle)
-    slopes = entries.pop(ordo_figures.SLOPES, None)
-    if slopes is not None:
-        entries[ordo_figures.SLOPES] = slopes
+    entries = ordo_figures.slopes_last(entries)
     slot.set_axis_off()
     slot.legend(entries.values(), entries.keys(), loc="center", ncol=columns, handlelength=2.4, columnspacing=1.3)
 
@@ -913,6 +911,16 @@ def vortex_study():
     return Figure("vortex-study", "ordo", "", "Vortex on fine meshes", [plain, splines, best, quadratic], convergence_figure, {"panels": rows})
 
 
+def high_order():
+    """Ours, not a figure of a paper: docs/high_order.md."""
+    low = Run("vibration-1d", "cpdi1,impm-adjoint", (16, 32, 64, 128, 256), 2)
+    high = Run("vibration-1d", "spline3,spline4", (16, 32, 64, 128, 256), 2, ("cfl=0.3",))
+    members = [(low, "cpdi1", style_of("cpdi1")), (low, "impm-adjoint", style_of("impm-adjoint")),
+               (high, "spline3", Style("spline3", GREEN, "s")), (high, "spline4", Style("spline4", BLACK, "D"))]
+    rows = [[(n, "error", n, members) for n in ("displacement", "velocity", "stress")]]
+    return Figure("high-order", "ordo", "", "Vibrating bar, third and fourth order", [low, high], convergence_figure, {"panels": rows, "legend": 0.4})
+
+
 def gallery_figures():
     bar = by_ppc("vibration-1d", 0.1)[0][1]  # 4 ppc
     cube = Run("vibration-3d", "cpdi1,cpls", (8,), 8)
@@ -921,7 +929,8 @@ def gallery_figures():
             energies("tran-18-20-3d", "18-20 in 3D", 0, cube, 8, "Vibrating cube: energies"),
             tran_ring(), tran_ring_printed(), tran_ring_3d(),
             momenta("tran-29-30", "29-30", "Ring: momentum", Run("ring", "cpdi1,cpls", RING_CELLS, 4, ("amplitude=0.1",)), 10, 29),
-            *tran_vortex(), tran_vortex_3d(), *tran_disks(), tran_balls(), *gong(), *wobbes(), *sadeghirad_bar(), *sadeghirad_ring(), vortex_study(), sphere()]
+            *tran_vortex(), tran_vortex_3d(), *tran_disks(), tran_balls(), *gong(), *wobbes(), *sadeghirad_bar(), *sadeghirad_ring(), vortex_study(), high_order(),
+            sphere()]
 
 
 # ---- commands --------------------------------------------------------------------------------------------------------

@@ -51,10 +51,7 @@ Model<D> block_model(const MethodSpec& spec, int cells)
     model.materials = {elastic_material(MaterialModel::neo_hookean, kDensity, kYoung, kPoisson)};
     model.body_forces.resize(2);
     if (is_spline_fit(spec))
-        for (int a = 0; a < D; ++a)
-            for (const bool above : {false, true})
-                model.boundaries.push_back(
-                    {.axis = a, .outer_is_above = above, .at = above ? 1.0 : 0.0, .type = BoundaryType::symmetry, .value = {}});
+        for (int a = 0; a < D; ++a) add_walls(model, a);
     return model;
 }
 

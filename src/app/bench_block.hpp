@@ -32,7 +32,8 @@ struct Measurement {
     double particle_steps() const { return static_cast<double>(particles) * steps; }
 };
 
-/// A block of 3/4 of a unit box (all of it with projection spline-fit), 2^D particles a cell, vibrating a little: the problem of the project's speed targets.
+/// A block of 3/4 of a unit box (all of it with projection spline-fit), 2^D particles a cell, vibrating a little: the problem of
+/// the project's speed targets.
 Measurement run_bench(const BenchTask& task);
 
 }  // namespace ordo::app

@@ -4,6 +4,7 @@
 
 #include "base/index.hpp"
 #include "base/vec.hpp"
+#include "grid/cox_de_boor.hpp"
 
 #include <cmath>
 #include <cstddef>
@@ -48,30 +49,16 @@ struct SplineAxis {
     /// The cell of a place on the axis.
     ORDO_HD int cell_of(double y) const { return smaller(static_cast<int>(y), cells - 1); }
 
-    /// Values and slopes per cell of the functions from `span` on that do not vanish there, at a place in the span: the
-    /// recursion of Cox and de Boor (Piegl & Tiller, The NURBS Book, 1997, A2.2).
+    /// Values and slopes per cell of the functions from `span` on that do not vanish there, at a place in the span.
     template <int P>
     ORDO_FLAT void row(int span, double y, double (&w)[P + 1], double (&dw)[P + 1]) const
     {
-        double left[P + 1], right[P + 1];  // distances to the knots on both sides
+        double left[P + 1], right[P + 1];
         for (int j = 1; j <= P; ++j) {
             left[j]  = y - knot(span + 1 - j);
             right[j] = knot(span + j) - y;
         }
-        w[0]  = 1.0;
-        dw[0] = 0.0;
-        for (int j = 1; j <= P; ++j) {
-            double slope = 0.0, value = 0.0;
-            for (int r = 0; r < j; ++r) {
-                const double q = w[r] / (right[r + 1] + left[j - r]);
-                w[r]           = value + right[r + 1] * q;
-                value          = left[j - r] * q;
-                dw[r]          = j * (slope - q);  // of degree j, from functions of degree j - 1; kept for j = P
-                slope          = q;
-            }
-            w[j]  = value;
-            dw[j] = j * slope;
-        }
+        cox_de_boor<P>(left, right, w, dw);
     }
 };
 
@@ -104,6 +91,12 @@ struct SplineSpace {
         std::size_t n = 1;
         for (int a = 0; a < D; ++a) n *= axis[a].count();
         return n;
+    }
+    std::size_t number(const Index<D>& k) const
+    {
+        std::size_t r = 0;
+        for (int a = D - 1; a >= 0; --a) r = r * axis[a].count() + k[a];
+        return r;
     }
     /// Along each axis the number of the function with this number.
     Index<D> index(std::size_t number) const

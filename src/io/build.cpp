@@ -5,6 +5,7 @@
 #include "io/particle_file.hpp"
 #include "method/courant.hpp"
 #include "method/explicit.hpp"
+#include "method/place.hpp"
 #include "method/planting.hpp"
 #include "particles/sort.hpp"
 
@@ -22,14 +23,6 @@ Vec<D, T> to_vec(const std::vector<T>& v)
     Vec<D, T> r{};
     for (int a = 0; a < D; ++a) r[a] = v[a];
     return r;
-}
-
-template <int D>
-std::string to_text(const Vec<D>& v)
-{
-    std::string r;
-    for (int a = 0; a < D; ++a) r += fmt::format("{}{:.6g}", a ? ", " : "(", v[a]);
-    return r + ")";
 }
 
 /// How far the domain of a seed reaches from its centre along each axis, m.
@@ -50,7 +43,7 @@ void require_finite(const Vec<D>& value, const std::vector<Expression>& from, co
         if (!std::isfinite(value[a]))
             fail(from[a].place, from[a].key,
                  fmt::format("is {} at {}, t = 0; the expression must give a number everywhere", std::fabs(value[a]),
-                             to_text(at)));
+                             place_text(at)));
 }
 
 /// Prescribed velocities must be numbers on the nodes of their plane; of a plane of two axes 1000 along each are asked.
@@ -82,8 +75,7 @@ void set_up_boundaries(const CaseInput& in, Model<D>& model)
             Boundary<D> r{};
             r.axis           = axis;
             r.outer_is_above = face.ends_with("max");
-            r.at             = b.at_coordinate.value_or(r.outer_is_above ? model.origin[axis] + model.cells[axis] * model.h[axis]
-                                                                         : model.origin[axis]);
+            r.at             = b.at_coordinate.value_or(model.face(axis, r.outer_is_above));
             r.type           = b.type == "fixed"      ? BoundaryType::fixed
                                : b.type == "symmetry" ? BoundaryType::symmetry
                                                       : BoundaryType::velocity;
@@ -287,13 +279,13 @@ void require_inside(const BodyInput& b, const std::vector<Seed<D>>& seeds, const
             if (!(s.x[a] - reach >= low - tolerance && s.x[a] + reach <= high + tolerance))
                 b.fail(key, fmt::format("body \"{}\" lies outside the grid: its particle at {} reaches beyond {} to {} of axis "
                                         "{}; move the body or enlarge [grid] size",
-                                        b.name, to_text(s.x), low, high, "xyz"[a]));
+                                        b.name, place_text(s.x), low, high, "xyz"[a]));
             for (const Boundary<D>& plane : model.boundaries)
                 if (plane.axis == a && (plane.outer_is_above ? s.x[a] > plane.at + tolerance : s.x[a] < plane.at - tolerance))
                     b.fail(key,
                            fmt::format(
                                "body \"{}\" lies beyond the boundary at {} = {}: its particle at {}; move the body or the plane",
-                               b.name, "xyz"[a], plane.at, to_text(s.x)));
+                               b.name, "xyz"[a], plane.at, place_text(s.x)));
         }
 }
 
@@ -307,7 +299,7 @@ void require_inside(const BodyInput& b, const CellMesh<D>& mesh, const Model<D>&
             if (!model.periodic[a] && !(x[a] >= low - tolerance && x[a] <= high + tolerance))
                 b.fail("file", fmt::format("body \"{}\" lies outside the grid: its corner at {} lies beyond {} to {} of axis {}; "
                                            "move the mesh or enlarge [grid] size",
-                                           b.name, to_text(x), low, high, "xyz"[a]));
+                                           b.name, place_text(x), low, high, "xyz"[a]));
         }
 }
 
@@ -364,7 +356,7 @@ void require_apart(const CaseInput& in, std::vector<Seed<D>> seeds, const std::v
             const BodyInput &one = in.bodies[std::max(body[i], body[j])], &other = in.bodies[std::min(body[i], body[j])];
             one.fail(one.file.empty() ? "shape" : "file",
                      fmt::format("body \"{}\" overlaps {} near {}; move them apart", one.name,
-                                 &one == &other ? "itself" : "body \"" + other.name + "\"", to_text(seeds[j].x)));
+                                 &one == &other ? "itself" : "body \"" + other.name + "\"", place_text(seeds[j].x)));
         };
         double count = 1;
         for (int a = 0; a < D; ++a) count *= std::ceil(2 * reach[a] / model.h[a]) + 1;
@@ -438,7 +430,7 @@ void set_up_tractions(const CaseInput& in, int k, const CellMesh<D>& mesh, int f
             for (std::size_t a = 0; chosen && a < traction.value.size(); ++a)
                 if (const double start = value[a]({padded(center), padded(center), 0.0}); !std::isfinite(start))
                     traction.fail("value", fmt::format("is {} at {}, t = 0; the expression must give a number everywhere",
-                                                       std::fabs(start), to_text(center)));
+                                                       std::fabs(start), place_text(center)));
             return chosen;
         };
         add_loads<D>(model.loads, p, mesh, first, static_cast<int>(t), is_chosen);
@@ -478,7 +470,7 @@ void require_splines(const CaseInput& in, const Model<D>& model, int particles)
                              "body fill the grid, or the grid end where it does",
                              cells, particles));
     try {
-        static_cast<void>(SplineScheme<D>(model));
+        require_spline_model(model);
     } catch (const InputError& e) {
         in.method.fail(key, e.what());
     }

@@ -3,6 +3,7 @@
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
 #include "io/message.hpp"
+#include "io/schema.hpp"
 #include "method/layout.hpp"
 #include "ordo_version.hpp"
 
@@ -295,7 +296,7 @@ Written Checkpoints<D>::read(const std::string& which, State<D>& s) const
         try {
             return read_file(which, s);
         } catch (const InputError& e) {
-            throw InputError(fmt::format("--restart {}: {}", which, e.what()));
+            throw InputError(one_line(fmt::format("--restart {}: {}", which, e.what())));
         }
     }
     std::string reasons;
@@ -305,7 +306,7 @@ Written Checkpoints<D>::read(const std::string& which, State<D>& s) const
             if (!reasons.empty()) say("ordo: warning: checkpoints that cannot be used:{}\n", reasons);
             return w;
         } catch (const InputError& e) {
-            reasons += fmt::format("\n  {}: {}", file.string(), e.what());
+            reasons += fmt::format("\n  {}: {}", file.string(), one_line(e.what()));
         }
     }
     throw InputError(fmt::format("--restart latest: there is no checkpoint in {}{}{}", directory_.string(),

@@ -133,7 +133,8 @@ class MomentWindows {
         }
     }
 
-    /// Weights and numbers of up to eight samples, of whatever windows, which become i, i + 1, ... of the batch; of spare ones too.
+    /// Weights and numbers of up to eight samples, of whatever windows, which become i, i + 1, ... of the batch; of spare ones
+    /// too.
     ORDO_FLAT void prepare(const int* sample, int count, int i, Lanes (&weight)[batch][parts],
                            double (&number)[M::numbers][batch]) const
     {

@@ -1,4 +1,5 @@
-// Splines in a cell: what particles and Gauss points of the cell read from its functions and add to them. Projection `spline-fit`.
+// Splines in a cell: what particles and Gauss points of the cell read from its functions and add to them, for projection
+// `spline-fit`.
 #pragma once
 
 #include "base/index.hpp"

@@ -1,6 +1,7 @@
 // Sums over all particles: mass, momentum, energies. The same for any number of threads.
 #pragma once
 
+#include "kernels/scatter.hpp"
 #include "method/state.hpp"
 #include "particles/batch.hpp"
 #include "shape/bspline.hpp"
@@ -19,6 +20,15 @@ struct Totals {
 
     double total_energy() const { return kinetic_energy + strain_energy; }
 };
+
+/// Mass and momentum of all particles, in the lanes of a node.
+template <int D>
+Lanes mass_and_momentum(const ParticleView<D>& p)
+{
+    return parallel_reduce(
+        p.count, Lanes(0.0), [&](std::ptrdiff_t i) { return mass_momentum(p.m[i], p.v[i], 0.0); },
+        [](Lanes& total, const Lanes& one) { total += one; });
+}
 
 template <int D>
 Totals totals(const Model<D>& model, const Particles<D>& p)

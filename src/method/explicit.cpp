@@ -3,8 +3,10 @@
 #include "kernels/nodes.hpp"
 #include "kernels/scatter.hpp"
 #include "method/courant.hpp"
+#include "method/diagnostics.hpp"
 #include "method/enrichment.hpp"
 #include "method/layout.hpp"
+#include "method/place.hpp"
 #include "method/reconstruction.hpp"
 
 #include <fmt/format.h>
@@ -46,10 +48,8 @@ void require_sound(const MethodSpec& method, const State<D>& s)
     if (s.fault.fault == Fault::none) return;
     const Particles<D>& p = s.particles;
     const int i           = s.fault.particle;
-    std::string at;
-    for (int a = 0; a < D; ++a) at += fmt::format("{}{:.6g}", a ? ", " : "", p.x[i][a]);
-    throw NumericalError(fmt::format("step {}, t = {:.6g} s: particle {} of body {} at ({}), J = {:.4g}: {}", s.n, s.t, p.id[i],
-                                     p.body[i], at, det(p.F[i]), describe(s.fault.fault, method)));
+    throw NumericalError(fmt::format("step {}, t = {:.6g} s: particle {} of body {} at {}, J = {:.4g}: {}", s.n, s.t, p.id[i],
+                                     p.body[i], place_text(p.x[i]), det(p.F[i]), describe(s.fault.fault, method)));
 }
 
 template <int D>
@@ -409,10 +409,7 @@ template <int D>
 void Explicit<D>::report_projection(State<D>& s, const Lanes* nodes, bool has_velocities) const
 {
     const ParticleView<D> p = s.particles.view();
-    auto add                = [](Lanes& total, const Lanes& one) { total += one; };
-    const Lanes before      = parallel_reduce(
-             p.count, Lanes{}, [&](std::ptrdiff_t i) { return mass_momentum(p.m[i], p.v[i], 0.0); }, add);
-    const auto& blocks = s.tiles.blocks();
+    const auto& blocks      = s.tiles.blocks();
     std::vector<Lanes> partial(blocks.size(), Lanes{});
     auto sum_of = [&](const Lanes& n) {
         const double factor = has_velocities ? n[NodeLane::mass] : 1.0;
@@ -425,15 +422,10 @@ void Explicit<D>::report_projection(State<D>& s, const Lanes* nodes, bool has_ve
     });
     const Lanes* enriched = nodes + s.lattice.node_count();
     Lanes after           = parallel_reduce(
-                  p.enriched_count, Lanes{}, [&](std::ptrdiff_t e) { return sum_of(enriched[e]); }, add);
+                  p.enriched_count, Lanes{}, [&](std::ptrdiff_t e) { return sum_of(enriched[e]); },
+                  [](Lanes& total, const Lanes& one) { total += one; });
     for (const Lanes& one : partial) after += one;
-    ProjectionReport& r = s.projection;
-    r.mass_before       = before[NodeLane::mass];
-    r.mass_after        = after[NodeLane::mass];
-    for (int a = 0; a < D; ++a) {
-        r.momentum_before[a] = before[NodeLane::velocity + a];
-        r.momentum_after[a]  = after[NodeLane::velocity + a];
-    }
+    s.projection.set(mass_and_momentum(p), after);
 }
 
 template <int D>

@@ -1,14 +1,15 @@
 #include "method/spline_scheme.hpp"
 
 #include "base/gauss_rule.hpp"
-#include "kernels/affine.hpp"
-#include "method/state.hpp"
+#include "method/diagnostics.hpp"
+#include "method/place.hpp"
 #include "particles/sort.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 namespace ordo {
@@ -29,7 +30,7 @@ RungeKutta runge_kutta(Scheme scheme)
     return {4, {0, 0.5, 0.5, 1}, {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6}};
 }
 
-/// f(cell, weight of the point, first function, values, slopes per cell) at the Gauss points of an axis.
+/// f(cell, where in it, weight, first function, values, slopes per cell) at the Gauss points of an axis; all in cells.
 template <class F>
 void for_each_gauss_point(const SplineAxis& axis, int points, F&& f)
 {
@@ -47,31 +48,60 @@ void for_each_gauss_point(const SplineAxis& axis, int points, F&& f)
 
 GaussRows gauss_rows(const SplineAxis& axis, int points)
 {
-    GaussRows rows{.points = points, .width = axis.degree + 1, .at = {}, .weights = {}};
+    GaussRows rows{.points = points, .width = axis.degree + 1, .at = {}};
     for_each_gauss_point(axis, points, [&](int, double, double, int, const double* w, const double*) {
         rows.at.insert(rows.at.end(), w, w + axis.degree + 1);
     });
-    for (const auto& [at, weight] : gauss_rule(points)) rows.weights.push_back(weight);
     return rows;
 }
 
-/// int N_i N_j of one axis, in cells, with the rows of functions at its ends replaced by those of one in the lanes that are held.
-Banded<Lanes> mass_of(const SplineAxis& axis, const Lanes& free_below, const Lanes& free_above)
-{
-    Banded<Lanes> m(axis.count(), axis.degree, axis.periodic);
-    auto free = [&](int i) {
-        return axis.periodic ? Lanes(1.0) : i == 0 ? free_below : i == axis.count() - 1 ? free_above : Lanes(1.0);
-    };
-    for_each_gauss_point(axis, axis.degree + 1, [&](int, double, double weight, int span, const double* w, const double*) {
-        for (int i = 0; i <= axis.degree; ++i)
-            for (int j = 0; j <= axis.degree; ++j) {
-                const int row = axis.wrapped(span + i), column = axis.wrapped(span + j);
-                m.add(row, column, free(row) * free(column) * (weight * w[i] * w[j]));
+/// The masks of walls at the ends of an axis: lanes of its first and its last function that stay free are 1.
+using Ends = std::array<Lanes, 2>;
+const Ends kFree{Lanes(1.0), Lanes(1.0)};
+
+/// sum w N_i N_j over points of an axis, with rows of the one matrix in the lanes that its ends hold.
+class AxisMass {
+  public:
+    AxisMass(const SplineAxis& axis, const Ends& free) : axis_(axis), free_(free), sum_(axis.count(), axis.degree, axis.periodic)
+    {}
+
+    /// A point of this weight, at which the functions from `span` on have the values w.
+    void add(int span, const double* w, const Lanes& weight)
+    {
+        for (int i = 0; i <= axis_.degree; ++i)
+            for (int j = 0; j <= axis_.degree; ++j) {
+                const int row = axis_.wrapped(span + i), column = axis_.wrapped(span + j);
+                sum_.add(row, column, weight * free(row) * free(column) * (w[i] * w[j]));
             }
+    }
+    /// The factors, and the first row that is none to within `tolerance`, or -1.
+    std::pair<Banded<Lanes>, int> factored(double tolerance)
+    {
+        for (int i = 0; i < axis_.count(); ++i) sum_.add(i, i, 1.0 - free(i));
+        const int singular = sum_.factor(tolerance);
+        return {std::move(sum_), singular};
+    }
+
+  private:
+    Lanes free(int i) const
+    {
+        if (axis_.periodic || (i > 0 && i < axis_.count() - 1)) return Lanes(1.0);
+        return free_[i > 0];
+    }
+
+    const SplineAxis& axis_;
+    Ends free_;
+    Banded<Lanes> sum_;
+};
+
+/// Factors of int N_i N_j, in cells.
+Banded<Lanes> unit_mass(const SplineAxis& axis, const Ends& free)
+{
+    AxisMass mass(axis, free);
+    for_each_gauss_point(axis, axis.degree + 1, [&](int, double, double weight, int span, const double* w, const double*) {
+        mass.add(span, w, Lanes(weight));
     });
-    for (int i = 0; i < axis.count(); ++i) m.add(i, i, 1.0 - free(i));
-    m.factor(0.0);
-    return m;
+    return mass.factored(0.0).first;
 }
 
 /// to = A from along the axes one after another.
@@ -115,6 +145,14 @@ Lanes quotient(const Lanes& a, const Lanes& b)
 
 void add(Lanes& total, const Lanes& one) { total += one; }
 
+/// A place in cells, in m.
+template <int D>
+Vec<D> place_of(const Model<D>& model, Vec<D> y)
+{
+    for (int a = 0; a < D; ++a) y[a] = model.origin[a] + y[a] * model.h[a];
+    return y;
+}
+
 /// Cells beyond a face of the grid at which a particle has left it.
 constexpr double kOutside = 1e-6;
 
@@ -127,10 +165,6 @@ SplineAxis axis_of(const Model<D>& model, int a, int degree, double removed)
     axis.cells    = model.cells[a];
     axis.removed  = static_cast<int>(removed);
     axis.periodic = model.periodic[a];
-    if (axis.spans() < 1)
-        throw InputError(
-            fmt::format("grid: {} cells along {} are too few for splines without {} knots next to each wall; there must be {}",
-                        model.cells[a], "xyz"[a], axis.removed, 2 * axis.removed + 1));
     return axis;
 }
 
@@ -144,6 +178,44 @@ Lanes stress_lanes(const Mat<D>& sigma)
 }
 
 }  // namespace
+
+int least_spline_cells(const MethodSpec& method)
+{
+    return 1 + 2 * static_cast<int>(std::max(method.removed_knots, method.removed_stress_knots));
+}
+
+template <int D>
+void require_spline_model(const Model<D>& model)
+{
+    const std::string only = "projection spline-fit ";
+    const int least        = least_spline_cells(model.method);
+    for (int a = 0; a < D; ++a)
+        if (!model.periodic[a] && model.cells[a] < least)
+            throw InputError(fmt::format(
+                "grid: {} cells along {} are too few for splines without {} knots next to each wall; there must be {}",
+                model.cells[a], "xyz"[a], least / 2, least));
+    for (const Material& m : model.materials)
+        if (m.density != model.materials[0].density || m.model != model.materials[0].model ||
+            m.lambda != model.materials[0].lambda || m.mu != model.materials[0].mu)
+            throw InputError(only + "takes bodies of one material: splines do not follow a jump of density or stress; use cpdi2");
+    if (!model.tractions.empty())
+        throw InputError(only + "takes no [[traction]]: bodies fill the grid and end at its walls; use cpdi2");
+    std::array<std::array<bool, 2>, D> is_walled{};
+    for (const Boundary<D>& b : model.boundaries) {
+        if (b.type == BoundaryType::velocity)
+            throw InputError(only + "takes walls at rest: [[boundary]] type \"fixed\" or \"symmetry\", not \"velocity\"");
+        if (is_inner_plane(model, b))
+            throw InputError(only + "takes walls on faces of the grid only: move the [[boundary]] or the grid's face");
+        is_walled[b.axis][b.outer_is_above] = true;
+    }
+    for (int a = 0; a < D; ++a)
+        for (const int side : {0, 1})
+            if (!model.periodic[a] && !is_walled[a][side])
+                throw InputError(
+                    fmt::format("{}wants a wall on every face of the grid, for the body fills it: put a [[boundary]] "
+                                "of type \"symmetry\" or \"fixed\" on {}-{}",
+                                only, "xyz"[a], side ? "max" : "min"));
+}
 
 template <int D>
 struct SplineScheme<D>::System {
@@ -159,6 +231,7 @@ struct SplineScheme<D>::System {
 template <int D>
 SplineScheme<D>::SplineScheme(const Model<D>& model) : cells_(model.cells)
 {
+    require_spline_model(model);
     const MethodSpec& method = model.method;
     const int degree = degree_of(method.basis), stress_degree = static_cast<int>(method.stress_degree);
     points_      = std::max(degree, stress_degree) + 1;
@@ -168,7 +241,7 @@ SplineScheme<D>::SplineScheme(const Model<D>& model) : cells_(model.cells)
         v_space_.axis[a] = axis_of(model, a, degree, method.removed_knots);
         s_space_.axis[a] = axis_of(model, a, stress_degree, method.removed_stress_knots);
     }
-    add_walls(model);
+    hold_walls(model);
 
     for (int a = 0; a < D; ++a) {
         const SplineAxis &v = v_space_.axis[a], &s = s_space_.axis[a];
@@ -197,7 +270,7 @@ SplineScheme<D>::SplineScheme(const Model<D>& model) : cells_(model.cells)
                 for (int j = 0; j <= P; ++j) at_vertices_[a].add(k, v.wrapped(span + j), w[j]);
             }
         });
-        s_factors_[a] = mass_of(s, Lanes(1.0), Lanes(1.0));
+        s_factors_[a] = unit_mass(s, kFree);
     }
 
     // Cells a degree and a removed knot apart share no function.
@@ -221,57 +294,33 @@ SplineScheme<D>::SplineScheme(const Model<D>& model) : cells_(model.cells)
     });
 }
 
-/// What stands in the way of a model, and the walls' functions.
+/// The functions that walls hold, and what else follows from them.
 template <int D>
-void SplineScheme<D>::add_walls(const Model<D>& model)
+void SplineScheme<D>::hold_walls(const Model<D>& model)
 {
-    const std::string only = "projection spline-fit ";
-    for (const Material& m : model.materials)
-        if (m.density != model.materials[0].density || m.model != model.materials[0].model ||
-            m.lambda != model.materials[0].lambda || m.mu != model.materials[0].mu)
-            throw InputError(only + "takes bodies of one material: splines do not follow a jump of density or stress; use cpdi2");
-    if (!model.tractions.empty())
-        throw InputError(only + "takes no [[traction]]: bodies fill the grid and end at its walls; use cpdi2");
-    const Lanes all(1.0);
-    std::array<std::array<std::pair<Lanes, Lanes>, 2>, D> ends;  // of velocity and acceleration
-    for (auto& sides : ends) sides.fill({all, all});
-    std::array<std::array<bool, 2>, D> is_walled{};
-    for (const Boundary<D>& b : model.boundaries) {
-        const double face = model.origin[b.axis] + (b.outer_is_above ? model.cells[b.axis] * model.h[b.axis] : 0.0);
-        if (b.type == BoundaryType::velocity)
-            throw InputError(only + "takes walls at rest: [[boundary]] type \"fixed\" or \"symmetry\", not \"velocity\"");
-        if (std::fabs(b.at - face) > 1e-9 * model.h[b.axis])
-            throw InputError(only + "takes walls on faces of the grid only: move the [[boundary]] or the grid's face");
-        auto& [velocity, acceleration] = ends[b.axis][b.outer_is_above];
+    for (auto& ends : velocity_free_) ends = kFree;
+    for (auto& ends : acceleration_free_) ends = kFree;
+    for (const Boundary<D>& b : model.boundaries)
         for (int c = 0; c < D; ++c)
-            if (b.constrains(c)) velocity[SplineLane::velocity + c] = acceleration[SplineLane::acceleration + c] = 0.0;
-        is_walled[b.axis][b.outer_is_above] = true;
-    }
-    for (int a = 0; a < D; ++a) {
-        const auto& [below, above] = ends[a];
-        for (int side = 0; side < 2 && !model.periodic[a]; ++side)
-            if (!is_walled[a][side])
-                throw InputError(
-                    fmt::format("{}wants a wall on every face of the grid, for the body fills it: put a [[boundary]] "
-                                "of type \"symmetry\" or \"fixed\" on {}-{}",
-                                only, "xyz"[a], side ? "max" : "min"));
-        v_factors_[a] = mass_of(v_space_.axis[a], below.first, above.first);
-        a_factors_[a] = mass_of(v_space_.axis[a], below.second, above.second);
-    }
-    const Index<D> counts = v_space_.counts();
-    std::size_t function  = 0;
-    IndexBox<D>{{}, counts}.for_each([&](const Index<D>& k) {
-        Held held{function++, all, all};
-        bool is_held = false;
-        for (int a = 0; a < D; ++a)
-            for (int side = 0; side < 2; ++side) {
-                if (model.periodic[a] || k[a] != (side ? counts[a] - 1 : 0)) continue;
-                held.velocity *= ends[a][side].first;
-                held.acceleration *= ends[a][side].second;
-                is_held = true;
+            if (b.constrains(c)) {
+                velocity_free_[b.axis][b.outer_is_above][SplineLane::velocity + c]         = 0.0;
+                acceleration_free_[b.axis][b.outer_is_above][SplineLane::acceleration + c] = 0.0;
             }
-        if (is_held) held_.push_back(held);
-    });
+    const Index<D> counts = v_space_.counts();
+    for (int a = 0; a < D; ++a) {
+        v_factors_[a] = unit_mass(v_space_.axis[a], velocity_free_[a]);
+        a_factors_[a] = unit_mass(v_space_.axis[a], acceleration_free_[a]);
+        if (model.periodic[a]) continue;
+        // A function on an edge is that of both walls: masks do no more when they come again.
+        for (const int side : {0, 1}) {
+            IndexBox<D> face{{}, counts};
+            face.lo[a] = side ? counts[a] - 1 : 0;
+            face.hi[a] = face.lo[a] + 1;
+            face.for_each([&](const Index<D>& k) {
+                held_.push_back({v_space_.number(k), velocity_free_[a][side], acceleration_free_[a][side]});
+            });
+        }
+    }
 }
 
 template <int D>
@@ -464,7 +513,8 @@ void SplineScheme<D>::solve(const Model<D>& model, State<D>& s, const System& sy
                     worst = i;
             throw NumericalError(fmt::format("step {}, t = {:.6g} s: {} near {} does not converge in {} iterations: particles "
                                              "hardly determine the splines there; more particles a cell may help",
-                                             s.n, s.t, system.what, place_of(model, system.space.center(worst)), most));
+                                             s.n, s.t, system.what, place_text(place_of(model, system.space.center(worst))),
+                                             most));
         }
         precondition(s, system);
         const Lanes now = dot(work.r.data(), work.z.data()), beta = quotient(now, before);
@@ -480,14 +530,6 @@ void SplineScheme<D>::solve(const Model<D>& model, State<D>& s, const System& sy
     }
 }
 
-template <int D>
-std::string SplineScheme<D>::place_of(const Model<D>& model, const Vec<D>& y) const
-{
-    std::string at;
-    for (int a = 0; a < D; ++a) at += fmt::format("{}{:.6g}", a ? ", " : "", model.origin[a] + y[a] * model.h[a]);
-    return "(" + at + ")";
-}
-
 /// Functions whose particles fill their integral to less than a part, or that others determine already, are none that a fit could
 /// find.
 template <int D>
@@ -498,7 +540,7 @@ void SplineScheme<D>::require_enough(const Model<D>& model, const State<D>& s, c
     auto refuse            = [&](std::size_t function) {
         throw NumericalError(fmt::format("step {}, t = {:.6g} s: {} near {} has too few particles: splines of degree {} want two "
                                                                "or more a cell along each axis, everywhere in a grid that the body fills",
-                                                    s.n, s.t, system.what, place_of(model, system.space.center(function)),
+                                                    s.n, s.t, system.what, place_text(place_of(model, system.space.center(function))),
                                                     system.space.axis[0].degree));
     };
     if (singular >= 0) refuse(singular);
@@ -529,25 +571,12 @@ void SplineScheme<D>::fit(const Model<D>& model, State<D>& s, const FitTask& tas
         int singular = -1;
         if constexpr (D == 1) {
             const SplineAxis& axis = task.space.axis[0];
-            std::vector<Lanes> free(functions, Lanes(1.0));
-            if (task.free)
-                for (const Held& h : held_) free[h.function] = h.*task.free;
-            exact[0] = Banded<Lanes>(axis.count(), P, axis.periodic);
+            AxisMass mass(axis, task.free ? velocity_free_[0] : kFree);
             for (int cell = 0; cell < axis.cells; ++cell)
-                for (int k = work.first[cell]; k < work.first[cell + 1]; ++k) {
-                    const double* w = task.rows.weights.data() + static_cast<std::ptrdiff_t>(k) * task.rows.width;
-                    const Lanes of  = weight(work.order[k]);
-                    for (int i = 0; i <= P; ++i)
-                        for (int j = 0; j <= P; ++j) {
-                            const int row = axis.wrapped(axis.span_of(cell) + i), column = axis.wrapped(axis.span_of(cell) + j);
-                            exact[0].add(row, column, of * free[row] * free[column] * (w[i] * w[j]));
-                        }
-                }
-            for (std::size_t i = 0; i < functions; ++i) {
-                const int row = static_cast<int>(i);
-                exact[0].add(row, row, 1.0 - free[i]);
-            }
-            singular = exact[0].factor(1e-10);
+                for (int k = work.first[cell]; k < work.first[cell + 1]; ++k)
+                    mass.add(axis.span_of(cell), task.rows.weights.data() + static_cast<std::ptrdiff_t>(k) * task.rows.width,
+                             weight(work.order[k]));
+            std::tie(exact[0], singular) = mass.factored(1e-10);
         }
         const System system{task.solve,
                             task.what,
@@ -602,6 +631,7 @@ void SplineScheme<D>::find_density(const Model<D>& model, State<D>& s) const
     const int per_cell = power_of(points_, D), cell_count = number_of(cells_ - Index<D>::filled(1)) + 1;
     const auto none = std::numeric_limits<int>::max();
     keep_room(work.density, static_cast<std::size_t>(cell_count) * per_cell);
+    const auto rule = gauss_rule(points_);
     std::vector<unsigned char> is_negative(cell_count, 0);
     with_degree(v_space_.axis[0].degree, [&]<int P>() {
         for_each_cell([&](const Index<D>& at) {
@@ -612,7 +642,7 @@ void SplineScheme<D>::find_density(const Model<D>& model, State<D>& s) const
             const int number = number_of(at);
             for (int g = 0; g < per_cell; ++g) {
                 double weight = cell_volume_;
-                for (int a = 0, rest = g; a < D; ++a, rest /= points_) weight *= gauss_[a].weights[rest % points_];
+                for (int a = 0, rest = g; a < D; ++a, rest /= points_) weight *= rule[rest % points_].weight;
                 const double density                                             = q.values[g][SplineLane::density];
                 work.density[static_cast<std::ptrdiff_t>(number) * per_cell + g] = weight * density;
                 if (!(density > 0)) is_negative[number] = 1;
@@ -631,7 +661,7 @@ void SplineScheme<D>::find_density(const Model<D>& model, State<D>& s) const
     throw NumericalError(
         fmt::format("step {}, t = {:.6g} s: the density that fits the particles is not positive in the cell at {}: "
                     "more particles a cell, a finer grid or a smaller deformation may help",
-                    s.n, s.t, place_of(model, y)));
+                    s.n, s.t, place_text(place_of(model, y))));
 }
 
 /// to += M from, M_ij = sum_g w_g rho_h N_i N_j over Gauss points.
@@ -693,20 +723,12 @@ void SplineScheme<D>::solve_acceleration(const Model<D>& model, State<D>& s) con
     Factors exact;
     if constexpr (D == 1) {
         const SplineAxis& axis = v_space_.axis[0];
-        std::vector<Lanes> free(functions, Lanes(1.0));
-        for (const Held& h : held_) free[h.function] = h.acceleration;
-        exact[0] = Banded<Lanes>(axis.count(), axis.degree, axis.periodic);
+        AxisMass mass(axis, acceleration_free_[0]);
         for (int cell = 0; cell < axis.cells; ++cell)
-            for (int g = 0; g < points_; ++g) {
-                const double* w = gauss_[0].of_cell(cell) + g * gauss_[0].width;
-                for (int i = 0; i <= axis.degree; ++i)
-                    for (int j = 0; j <= axis.degree; ++j) {
-                        const int row = axis.wrapped(axis.span_of(cell) + i), column = axis.wrapped(axis.span_of(cell) + j);
-                        exact[0].add(row, column, free[row] * free[column] * (work.density[cell * points_ + g] * w[i] * w[j]));
-                    }
-            }
-        for (std::size_t i = 0; i < functions; ++i) exact[0].add(static_cast<int>(i), static_cast<int>(i), 1.0 - free[i]);
-        exact[0].factor(0.0);
+            for (int g = 0; g < points_; ++g)
+                mass.add(axis.span_of(cell), gauss_[0].of_cell(cell) + g * gauss_[0].width,
+                         Lanes(work.density[cell * points_ + g]));
+        exact[0] = mass.factored(0.0).first;
     }
     const System system{SplineWork<D>::kMass,
                         "the mass matrix of splines",
@@ -906,10 +928,7 @@ void SplineScheme<D>::show(State<D>& s) const
 template <int D>
 void SplineScheme<D>::report(State<D>& s) const
 {
-    SplineWork<D>& work     = s.spline;
-    const ParticleView<D> p = s.particles.view();
-    const Lanes before      = parallel_reduce(
-             p.count, Lanes(0.0), [&](std::ptrdiff_t i) { return mass_momentum(p.m[i], p.v[i], 0.0); }, add);
+    SplineWork<D>& work         = s.spline;
     const std::size_t functions = v_space_.count();
     parallel_for_each(static_cast<std::ptrdiff_t>(functions), [&](std::ptrdiff_t i) {
         work.p[i]                      = work.v[i];
@@ -919,13 +938,8 @@ void SplineScheme<D>::report(State<D>& s) const
     multiply_mass(s, work.p.data(), work.q.data());
     const Lanes after = parallel_reduce(
         static_cast<std::ptrdiff_t>(functions), Lanes(0.0), [&](std::ptrdiff_t i) { return work.q[i]; }, add);
-    ProjectionReport& report = s.projection;
-    report.mass_before       = before[NodeLane::mass];
-    report.mass_after        = after[SplineLane::density];
-    for (int a = 0; a < D; ++a) {
-        report.momentum_before[a] = before[NodeLane::velocity + a];
-        report.momentum_after[a]  = after[SplineLane::velocity + a];
-    }
+    static_assert(SplineLane::velocity == NodeLane::velocity && SplineLane::density == NodeLane::mass);
+    s.projection.set(mass_and_momentum(s.particles.view()), after);
 }
 
 template <int D>
@@ -939,6 +953,9 @@ void SplineScheme<D>::project(const Model<D>& model, State<D>& s) const
     report(s);
 }
 
+template void require_spline_model(const Model<1>&);
+template void require_spline_model(const Model<2>&);
+template void require_spline_model(const Model<3>&);
 template class SplineScheme<1>;
 template class SplineScheme<2>;
 template class SplineScheme<3>;

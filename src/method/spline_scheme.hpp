@@ -10,12 +10,12 @@
 
 #include <array>
 #include <functional>
-#include <string>
 #include <utility>
 #include <vector>
 
 namespace ordo {
 
+struct MethodSpec;
 template <int D>
 struct Model;
 template <int D>
@@ -44,9 +44,8 @@ struct SampleRows {
 
 /// Values of an axis' functions at the Gauss points of each of its cells.
 struct GaussRows {
-    int points = 0, width = 0;    ///< of a cell; functions that do not vanish there
-    std::vector<double> at;       ///< [cell][point][function]
-    std::vector<double> weights;  ///< of a cell of length 1
+    int points = 0, width = 0;  ///< of a cell; functions that do not vanish there
+    std::vector<double> at;     ///< [cell][point][function]
 
     const double* of_cell(int cell) const { return at.data() + static_cast<std::ptrdiff_t>(cell) * points * width; }
 };
@@ -78,6 +77,14 @@ struct SplineWork {
     Array<Mat<D>> L_at, F0, dF, sigma0, dsigma;
 };
 
+/// Cells along an axis between walls below which there are no splines with the knots that a method leaves out.
+int least_spline_cells(const MethodSpec& method);
+
+/// Throws InputError for a model that projection `spline-fit` cannot hold: faces without walls, prescribed velocities, planes
+/// inside the grid, tractions, several materials, fewer cells than the spaces need.
+template <int D>
+void require_spline_model(const Model<D>& model);
+
 /// Projection `spline-fit` with quadrature `spline`, gradient `projected` and a scheme of Runge and Kutta:
 ///
 ///     v_h = argmin sum_p m_p (v_p - v_h(x_p))^2       s_h = argmin sum_p V_p (sigma_p - s_h(x_p))^2
@@ -88,8 +95,7 @@ struct SplineWork {
 template <int D>
 class SplineScheme {
   public:
-    /// Throws InputError for a model that it cannot hold: faces without walls, prescribed velocities, planes inside the grid,
-    /// tractions, several materials, fewer cells than the spaces need.
+    /// Throws InputError, see require_spline_model.
     explicit SplineScheme(const Model<D>& model);
 
     /// Sets the body force of all particles at a time.
@@ -144,8 +150,7 @@ class SplineScheme {
     void solve(const Model<D>& model, State<D>& s, const System& system, Lanes* x, Lanes* b) const;
     void precondition(State<D>& s, const System& system) const;
     void require_enough(const Model<D>& model, const State<D>& s, const System& system, const Lanes& unit, int singular) const;
-    std::string place_of(const Model<D>& model, const Vec<D>& y) const;
-    void add_walls(const Model<D>& model);
+    void hold_walls(const Model<D>& model);
 
     template <class F>
     void for_each_cell(F&& f) const;
@@ -160,10 +165,11 @@ class SplineScheme {
     std::array<std::vector<IndexBox<D>>, 1 << D> blocks_;  ///< of cells; those of a colour share no function
 
     std::vector<Held> held_;
+    /// Lanes of a record that the walls at both ends of an axis leave free are 1.
+    std::array<std::array<Lanes, 2>, D> velocity_free_, acceleration_free_;
 
     Factors v_factors_, a_factors_, s_factors_;  ///< of the mass matrix of unit density along each axis
-    std::array<AxisMatrix, D> values_,
-        slopes_;  ///< int N^S N and int N^S dN/dx, from velocity to stress, over that of unit length
+    std::array<AxisMatrix, D> values_, slopes_;  ///< int N^S N and int N^S dN/dx over cells of length 1, velocity to stress
     std::array<AxisMatrix, D> values_back_, slopes_back_;  ///< transposed
     std::array<AxisMatrix, D> at_vertices_;                ///< the velocity's functions there
 };

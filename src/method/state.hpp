@@ -39,6 +39,9 @@ struct Model {
     std::vector<Load<D>> loads;  ///< the faces that they act on, see add_loads
     std::vector<Boundary<D>> boundaries;
     Vec<D> gravity{};
+
+    /// Where the grid ends along an axis, m.
+    double face(int axis, bool above) const { return origin[axis] + (above ? cells[axis] * h[axis] : 0.0); }
 };
 
 /// The points of quadratures `cell` and `gauss`: particles of domain `point` that live for a step. Tiles of one colour share
@@ -71,6 +74,17 @@ struct ProjectionReport {
     Vec<3> momentum_before = {}, momentum_after = {};  ///< kg m/s
     FitReport fit;
     Vec<3> dropped_at = {};  ///< the middle of the first block of nodes, or of cells, with dropped pivots, m
+
+    /// The sums of particles and of the grid, mass and momentum in the lanes of a node.
+    void set(const Lanes& before, const Lanes& after)
+    {
+        mass_before = before[NodeLane::mass];
+        mass_after  = after[NodeLane::mass];
+        for (int a = 0; a < 3; ++a) {
+            momentum_before[a] = before[NodeLane::velocity + a];
+            momentum_after[a]  = after[NodeLane::velocity + a];
+        }
+    }
 };
 
 /// What the solution of the consistent mass matrix works with; empty without it.
@@ -152,12 +166,26 @@ inline int extra_reach(const MethodSpec& method)
     return std::max<int>(fits_cells, extra_reach(width_of(method.weight), grid_basis(method).degree));
 }
 
+/// Whether a condition stands on a plane other than the face of the grid on its side.
+template <int D>
+bool is_inner_plane(const Model<D>& model, const Boundary<D>& b)
+{
+    return std::fabs(b.at - model.face(b.axis, b.outer_is_above)) > 1e-9 * model.h[b.axis];
+}
 /// Whether a condition stands on a plane inside a grid of splines, where they do not interpolate.
 template <int D>
 bool is_inner_plane_of_splines(const Model<D>& model, const Boundary<D>& b)
 {
-    const double end = model.origin[b.axis] + (b.outer_is_above ? model.cells[b.axis] * model.h[b.axis] : 0.0);
-    return grid_basis(model.method).degree > 1 && std::fabs(b.at - end) > 1e-9 * model.h[b.axis];
+    return grid_basis(model.method).degree > 1 && is_inner_plane(model, b);
+}
+
+/// Walls on both faces of the grid along an axis, frictionless by default.
+template <int D>
+void add_walls(Model<D>& model, int axis, BoundaryType type = BoundaryType::symmetry)
+{
+    for (const bool above : {false, true})
+        model.boundaries.push_back(
+            {.axis = axis, .outer_is_above = above, .at = model.face(axis, above), .type = type, .value = {}});
 }
 
 /// The groups of particle fields that a model needs.

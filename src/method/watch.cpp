@@ -2,6 +2,7 @@
 
 #include "method/courant.hpp"
 #include "method/diagnostics.hpp"
+#include "method/place.hpp"
 
 #include <fmt/format.h>
 
@@ -9,17 +10,6 @@
 #include <cmath>
 
 namespace ordo {
-
-namespace {
-
-std::string place_text(const double* x, int dim)
-{
-    std::string r;
-    for (int a = 0; a < dim; ++a) r += fmt::format("{}{:.6g}", a ? ", " : "", x[a]);
-    return r;
-}
-
-}  // namespace
 
 template <int D>
 void Watch<D>::start(const State<D>& s)
@@ -72,11 +62,11 @@ void Watch<D>::after_step(const State<D>& s)
 {
     const ProjectionReport& p = s.projection;
     if (spec_.is_fatal[WatchSpec::dropped_pivots] && p.fit.dropped > 0)
-        find(WatchSpec::dropped_pivots,
-             fmt::format(
-                 "step {}, t = {:.6g} s: {} pivots of fits were dropped, first near ({}): samples there are too few for the "
-                 "degree; use more particles in a cell, a wider method.weight or a lower method.degree",
-                 s.n, s.t, p.fit.dropped, place_text(p.dropped_at.c, D)));
+        find(
+            WatchSpec::dropped_pivots,
+            fmt::format("step {}, t = {:.6g} s: {} pivots of fits were dropped, first near {}: samples there are too few for the "
+                        "degree; use more particles in a cell, a wider method.weight or a lower method.degree",
+                        s.n, s.t, p.fit.dropped, place_text(p.dropped_at.c, D)));
     if (!spec_.energy_growth) return;
     const Totals e                          = totals(model_, s.particles);
     auto& [at_start, potential, of_gravity] = energies_;
@@ -107,8 +97,8 @@ std::string Watch<D>::fastest_particle(const State<D>& s) const
         const double v = norm(p.v[i]), w = norm(p.v[fastest]);
         if (v > w || (v == w && p.id[i] < p.id[fastest])) fastest = i;
     }
-    return fmt::format("the fastest particle is {} of body {} at ({}), {:.4g} m/s", p.id[fastest], p.body[fastest],
-                       place_text(p.x[fastest].c, D), norm(p.v[fastest]));
+    return fmt::format("the fastest particle is {} of body {} at {}, {:.4g} m/s", p.id[fastest], p.body[fastest],
+                       place_text(p.x[fastest]), norm(p.v[fastest]));
 }
 
 template class Watch<1>;

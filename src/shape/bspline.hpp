@@ -2,6 +2,7 @@
 // last interpolate the grid's faces; on a periodic axis all are alike.
 #pragma once
 
+#include "grid/cox_de_boor.hpp"
 #include "grid/lattice.hpp"
 
 namespace ordo {
@@ -90,27 +91,15 @@ struct BSpline {
         }
     }
 
-    /// Next to a face, by the recursion of Cox and de Boor (Piegl & Tiller, The NURBS Book, 1997, A2.2).
+    /// Next to a face.
     ORDO_FLAT static void clamped(double t, int before, int after, double (&w)[width], double (&dw)[width])
     {
-        double left[P + 1], right[P + 1];  // distances to the knots on both sides
+        double left[P + 1], right[P + 1];
         for (int j = 1; j <= P; ++j) {
             left[j]  = t + smaller(j - 1, before);
             right[j] = smaller(j, after + 1) - t;
         }
-        w[0] = 1.0;
-        for (int j = 1; j <= P; ++j) {
-            double slope = 0.0, value = 0.0;
-            for (int r = 0; r < j; ++r) {
-                const double q = w[r] / (right[r + 1] + left[j - r]);
-                w[r]           = value + right[r + 1] * q;
-                value          = left[j - r] * q;
-                dw[r]          = j * (slope - q);  // of degree j, from functions of degree j - 1; kept for j = P
-                slope          = q;
-            }
-            w[j]  = value;
-            dw[j] = j * slope;
-        }
+        cox_de_boor<P>(left, right, w, dw);
     }
 };
 

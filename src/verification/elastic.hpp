@@ -47,18 +47,6 @@ Problem<D> on_grid(const Request& request, const Vec<D>& origin, const Index<D>&
     return p;
 }
 
-/// Walls at both ends of an axis, frictionless by default.
-template <int D>
-void add_walls(Model<D>& model, int axis, BoundaryType type = BoundaryType::symmetry)
-{
-    for (const bool above : {false, true})
-        model.boundaries.push_back({.axis           = axis,
-                                    .outer_is_above = above,
-                                    .at             = model.origin[axis] + (above ? model.cells[axis] * model.h[axis] : 0.0),
-                                    .type           = type,
-                                    .value          = {}});
-}
-
 /// Where the particles of a box are.
 inline std::vector<Parameter> placement_parameters()
 {

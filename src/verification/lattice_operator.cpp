@@ -204,10 +204,8 @@ double LatticeOperator<D>::growth(int intervals) const
     return largest;
 }
 
-double frozen_growth(const ParticleLattice& lattice)
+std::vector<Complex> frozen_spectrum(const Explicit<1>& method, State<1>& s)
 {
-    const Explicit<1> method(model_of<1>(lattice, rate_law<1>));
-    State<1> s      = method.start(plant_all(method.model(), seeds_of<1>(lattice)));
     Particles<1>& p = s.particles;
     const int n     = p.count;
     Eigen::MatrixXd map(2 * n, 2 * n);
@@ -223,7 +221,17 @@ double frozen_growth(const ParticleLattice& lattice)
             map(n + i, column) = s.spline.L_at[i](0, 0);
         }
     }
-    return map.eigenvalues().real().maxCoeff();
+    const Eigen::VectorXcd values = map.eigenvalues();
+    return {values.data(), values.data() + values.size()};
+}
+
+double frozen_growth(const ParticleLattice& lattice)
+{
+    const Explicit<1> method(model_of<1>(lattice, rate_law<1>));
+    State<1> s = method.start(plant_all(method.model(), seeds_of<1>(lattice)));
+    double r   = 0.0;
+    for (const Complex& value : frozen_spectrum(method, s)) r = std::max(r, value.real());
+    return r;
 }
 
 template <int D>

@@ -77,6 +77,10 @@ class LatticeOperator {
     bool wraps_ = false;            ///< cell 0 acts on cells half a box away
 };
 
+/// The eigenvalues of v' = a_h, sigma' = L_h for particles that do not move, in 1/s; of projection spline-fit with density 1. The
+/// particles' fields are lost.
+std::vector<std::complex<double>> frozen_spectrum(const Explicit<1>& method, State<1>& s);
+
 /// The largest real part of the spectrum of v' = a_h, sigma' = E L_h for a lattice that does not move, in c/h; of projection
 /// spline-fit in 1D.
 double frozen_growth(const ParticleLattice& lattice);

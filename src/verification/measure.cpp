@@ -35,7 +35,7 @@ Row row_of(const Problem<D>& problem)
     row.dt    = problem.end / static_cast<double>(row.steps);
     if (row.particles == 0) row.failed = "the mesh is too coarse to hold a particle";
     const MethodSpec& method = problem.model.method;
-    if (is_spline_fit(method) && row.cells <= 2 * std::max(method.removed_knots, method.removed_stress_knots))
+    if (is_spline_fit(method) && row.cells < least_spline_cells(method))
         row.failed = "the mesh is too coarse for splines without knots next to the walls";
     return row;
 }

@@ -184,10 +184,7 @@ template <int D>
 Model<D> walled_box(int cells, const MethodSpec& method, BoundaryType walls = BoundaryType::symmetry)
 {
     Model<D> model = unit_box<D>(cells, method);
-    for (int a = 0; a < D; ++a)
-        for (const bool is_above : {false, true})
-            model.boundaries.push_back(
-                Boundary<D>{.axis = a, .outer_is_above = is_above, .at = is_above ? 1.0 : 0.0, .type = walls, .value = {}});
+    for (int a = 0; a < D; ++a) add_walls(model, a, walls);
     return model;
 }
 

@@ -1,10 +1,14 @@
 // Splines with removable knots, banded matrices of one axis, Gauss rules of cells.
 #include "grid/banded.hpp"
+#include "grid/cut_rule.hpp"
 #include "grid/spline_axis.hpp"
+#include "grid/spline_extension.hpp"
 #include "kernels/spline.hpp"
 #include "support/particles.hpp"
 
 #include <gtest/gtest.h>
+
+#include <numbers>
 
 namespace ordo {
 namespace {
@@ -222,6 +226,157 @@ TEST(Splines, QuadratureOfACellIsItsTranspose)
     check_quadrature<1>();
     check_quadrature<2>();
     check_quadrature<3>();
+}
+
+/// The value of sum c_k N_k at a place, in cells.
+template <int D>
+double value_at(const SplineSpace<D>& space, const std::vector<double>& c, const Vec<D>& y)
+{
+    std::vector<double> rows[D];
+    for (int a = 0; a < D; ++a) rows[a] = row(space.axis[a], y[a]);
+    double r = 0.0;
+    IndexBox<D>{{}, space.counts()}.for_each([&](const Index<D>& k) {
+        double weight = c[space.number(k)];
+        for (int a = 0; a < D; ++a) weight *= rows[a][k[a]];
+        r += weight;
+    });
+    return r;
+}
+
+/// Coefficients of a product of powers of the axes' places, where they are not periodic.
+template <int D>
+std::vector<double> polynomial(const SplineSpace<D>& space, int degree)
+{
+    std::vector<double> c(space.count(), 1.0);
+    IndexBox<D>{{}, space.counts()}.for_each([&](const Index<D>& k) {
+        for (int a = 0; a < D; ++a) {
+            const SplineAxis& axis = space.axis[a];
+            if (axis.periodic) continue;
+            std::vector<double> sums(axis.degree + 1, 0.0);  // elementary symmetric functions of the knots
+            sums[0] = 1.0;
+            for (int j = 1; j <= axis.degree; ++j)
+                for (int q = j; q > 0; --q) sums[q] += sums[q - 1] * axis.knot(k[a] - axis.degree + j);
+            double choose = 1.0;
+            for (int q = 1; q <= degree; ++q) choose *= static_cast<double>(axis.degree + 1 - q) / q;
+            c[space.number(k)] *= sums[degree] / choose;  // the blossom of y^degree
+        }
+    });
+    return c;
+}
+
+template <int D>
+void check_extension(int degree, int removed, bool is_periodic)
+{
+    constexpr int n = D == 3 ? 8 : 12;
+    SplineSpace<D> space;
+    for (int a = 0; a < D; ++a) space.axis[a] = {degree, n, removed, is_periodic && a == 0};
+    const Index<D> cells = Index<D>::filled(n);
+    std::vector<Cover> cover;
+    std::vector<Index<D>> seen;
+    IndexBox<D>{{}, cells}.for_each([&](const Index<D>& k) {  // a ball
+        double square = 0.0;
+        for (int a = 0; a < D; ++a) square += (k[a] + 0.5 - 0.45 * n) * (k[a] + 0.5 - 0.45 * n);
+        const double r = std::sqrt(square) / n;
+        cover.push_back(r < 0.3 ? Cover::all : r < 0.44 ? Cover::part : Cover::none);
+        if (cover.back() != Cover::none) seen.push_back(k);
+    });
+    const SplineExtension<D> extension(space, cells, cover);
+    ASSERT_TRUE(extension.is_possible());
+    test::Random random(7);
+    for (int power = 0; power <= degree; ++power) {
+        const std::vector<double> whole = polynomial(space, power);
+        std::vector<double> c           = whole;
+        for (std::size_t i = 0; i < c.size(); ++i)
+            if (!extension.is_inner(i)) c[i] = 1e9;  // not looked at
+        extension.extend(c.data());
+        for (int k = 0; k < 40; ++k) {
+            const Index<D>& cell = seen[static_cast<std::size_t>(test::uniform(random, 0, static_cast<double>(seen.size())))];
+            Vec<D> y{};
+            for (int a = 0; a < D; ++a) y[a] = cell[a] + test::uniform(random, 0, 1);
+            const double exact = value_at(space, whole, y);
+            EXPECT_NEAR(value_at(space, c, y), exact, 1e-11 * std::max(1.0, std::pow(n, power * (D - is_periodic))));
+        }
+    }
+    // (E c, d) = (c, E^T d)
+    std::vector<double> c(space.count()), d(space.count());
+    for (std::size_t i = 0; i < c.size(); ++i) {
+        c[i] = extension.is_inner(i) ? test::uniform(random, -1, 1) : 0.0;
+        d[i] = test::uniform(random, -1, 1);
+    }
+    std::vector<double> Ec = c, Ed = d;
+    extension.extend(Ec.data());
+    extension.gather(Ed.data());
+    double one = 0.0, other = 0.0;
+    for (std::size_t i = 0; i < c.size(); ++i) {
+        one += Ec[i] * d[i];
+        other += c[i] * Ed[i];
+    }
+    EXPECT_NEAR(one, other, 1e-9);
+}
+TEST(SplineExtension, WantsAWholeCell)
+{
+    SplineSpace<2> space;
+    for (int a = 0; a < 2; ++a) space.axis[a] = {3, 4, 0, false};
+    std::vector<Cover> cover(16, Cover::part);
+    EXPECT_FALSE(SplineExtension<2>(space, {4, 4}, cover).is_possible());
+    cover[5] = Cover::all;
+    EXPECT_FALSE(SplineExtension<2>(space, {4, 4}, cover).is_possible());  // its corners' functions see too little of it
+    cover.assign(16, Cover::all);
+    EXPECT_TRUE(SplineExtension<2>(space, {4, 4}, cover).is_possible());
+}
+TEST(SplineExtension, GoesOnAsPolynomials)
+{
+    for (int degree = 1; degree <= 4; ++degree)
+        for (const int removed : {0, 2}) {
+            SCOPED_TRACE(10 * degree + removed);
+            check_extension<1>(degree, removed, false);
+            check_extension<2>(degree, removed, false);
+            check_extension<2>(degree, removed, true);
+            if (degree < 4 && removed == 0) check_extension<3>(degree, removed, false);
+        }
+}
+
+/// |volume - exact| over the exact one, of rules in the cells of a unit box.
+template <int D, class F>
+double volume_error(const std::vector<LevelSet<D>>& body, int cells, int points, double exact, const F& f)
+{
+    double sum = 0.0;
+    IndexBox<D>{{}, Index<D>::filled(cells)}.for_each([&](const Index<D>& k) {
+        Vec<D> lower{};
+        for (int a = 0; a < D; ++a) lower[a] = static_cast<double>(k[a]) / cells;
+        for_each_point_inside<D>(body, lower, lower + Vec<D>::filled(1.0 / cells), points, [&](const Vec<D>& x, double weight) {
+            EXPECT_GT(weight, 0);
+            sum += weight * f(x);
+        });
+    });
+    return std::fabs(sum / exact - 1);
+}
+TEST(CutRule, IntegratesOverCurvedBodies)
+{
+    constexpr double pi = std::numbers::pi, r = 0.371;
+    auto one = [](const auto&) { return 1.0; };
+    const Vec<3> middle{0.51, 0.47, 0.52};
+    LevelSet<1> rod  = [&](const Vec<1>& x) { return std::fabs(x[0] - middle[0]) - r; };
+    LevelSet<2> disk = [&](const Vec<2>& x) { return norm(x - Vec<2>{middle[0], middle[1]}) - r; };
+    LevelSet<2> hole = [&](const Vec<2>& x) { return 0.2 - norm(x - Vec<2>{middle[0], middle[1]}); };
+    LevelSet<3> ball = [&](const Vec<3>& x) { return norm(x - middle) - r; };
+    EXPECT_LT(volume_error<1>({rod}, 5, 3, 2 * r, one), 1e-14);
+    for (const int points : {3, 4}) {  // order 2 points
+        const double least = std::pow(2, 2 * points - 0.5);
+        EXPECT_GT(volume_error<2>({disk}, 10, points, pi * r * r, one),
+                  least * volume_error<2>({disk}, 20, points, pi * r * r, one));
+        EXPECT_GT(volume_error<3>({ball}, 8, points, 4 * pi / 3 * r * r * r, one),
+                  least * volume_error<3>({ball}, 16, points, 4 * pi / 3 * r * r * r, one));
+    }
+    auto moment = [&](const Vec<2>& x) { return (x[0] - middle[0]) * (x[0] - middle[0]); };
+    EXPECT_LT(volume_error<2>({disk}, 10, 5, pi * r * r * r * r / 4, moment), 1e-9);
+    EXPECT_LT(volume_error<2>({disk, hole}, 10, 5, pi * (r * r - 0.04), one), 1e-7);  // two surfaces in some cells
+    std::vector<LevelSet<2>> square;
+    for (int side = 0; side < 4; ++side)
+        square.push_back([angle = 0.3 + side * pi / 2](const Vec<2>& x) {
+            return (x[0] - 0.5) * std::cos(angle) + (x[1] - 0.5) * std::sin(angle) - 0.3;
+        });
+    EXPECT_LT(volume_error<2>(square, 10, 3, 0.36, one), 1e-5);  // corners
 }
 
 }  // namespace

@@ -1,0 +1,30 @@
+// The recursion of splines, from the distances of a place to the knots around it.
+#pragma once
+
+#include "base/config.hpp"
+
+namespace ordo {
+
+/// Values and slopes of the P + 1 functions of degree P that do not vanish between two knots: the recursion of Cox and de Boor
+/// (Piegl & Tiller, The NURBS Book, 1997, A2.2). left[j] is the distance to the j-th knot before the place, right[j] to the
+/// j-th after it, j = 1 to P.
+template <int P>
+ORDO_FLAT inline void cox_de_boor(const double (&left)[P + 1], const double (&right)[P + 1], double (&w)[P + 1],
+                                  double (&dw)[P + 1])
+{
+    w[0] = 1.0;
+    for (int j = 1; j <= P; ++j) {
+        double slope = 0.0, value = 0.0;
+        for (int r = 0; r < j; ++r) {
+            const double q = w[r] / (right[r + 1] + left[j - r]);
+            w[r]           = value + right[r + 1] * q;
+            value          = left[j - r] * q;
+            dw[r]          = j * (slope - q);  // of degree j, from functions of degree j - 1; kept for j = P
+            slope          = q;
+        }
+        w[j]  = value;
+        dw[j] = j * slope;
+    }
+}
+
+}  // namespace ordo

@@ -1,0 +1,218 @@
+// Gauss points in the part of a box that lies inside a body: along lines across its surface, which are split where they meet it
+// (Saye 2015, SIAM J. Sci. Comput. 37, A993). The surface is where smooth functions vanish.
+#pragma once
+
+#include "base/gauss_rule.hpp"
+#include "base/index.hpp"
+#include "base/vec.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+namespace ordo {
+
+/// Negative inside, positive outside, smooth near where it vanishes; a body is where all of its functions are negative.
+template <int D>
+using LevelSet = std::function<double(const Vec<D>&)>;
+
+/// What of a cell is inside a body.
+enum class Cover : unsigned char { none, part, all };
+
+namespace cut {
+
+/// Halvings of a box in which the surface is no graph over one of its faces, or in which two parts of it meet; then a box counts
+/// by its middle.
+constexpr int kHalvings = 6;
+
+/// x with `value` along axis k, and the other axes of x.
+template <int D>
+Vec<D> with_axis(const Vec<D - 1>& x, int k, double value)
+{
+    Vec<D> r{};
+    for (int a = 0; a < D; ++a) r[a] = a == k ? value : x[a - (a > k)];
+    return r;
+}
+template <int D>
+Vec<D - 1> without_axis(const Vec<D>& x, int k)
+{
+    Vec<D - 1> r{};
+    for (int a = 0; a < D - 1; ++a) r[a] = x[a + (a >= k)];
+    return r;
+}
+
+/// A place between a and b where f changes its sign: the rule of Illinois (Dowell & Jarratt 1971).
+template <class F>
+double root_between(const F& f, double a, double b, double f_a, double f_b)
+{
+    const double tolerance = 1e-15 * std::fabs(b - a);
+    double x = a, before = b;
+    for (int step = 0; step < 100 && std::fabs(x - before) > tolerance; ++step) {
+        before           = x;
+        x                = (a * f_b - b * f_a) / (f_b - f_a);
+        const double f_x = f(x);
+        if (f_x == 0) break;
+        if ((f_x < 0) != (f_b < 0)) {
+            a   = b;
+            f_a = f_b;
+        } else {
+            f_a *= 0.5;
+        }
+        b   = x;
+        f_b = f_x;
+    }
+    return x;
+}
+
+/// What samples say of a function in a box.
+template <int D>
+struct Signs {
+    bool vanishes    = true;  ///< it may
+    Vec<D> steepness = {};    ///< along each axis the least slope over the steepest, 0 where it changes its sign
+
+    Signs(const LevelSet<D>& f, const Vec<D>& lower, const Vec<D>& upper)
+    {
+        constexpr int parts = 2;
+        Vec<D> least{}, most{};
+        double steepest = 0.0, nearest = HUGE_VAL, half_diagonal = 0.0;
+        bool is_first = true;
+        for (int a = 0; a < D; ++a) half_diagonal += 0.25 * (upper[a] - lower[a]) * (upper[a] - lower[a]) / (parts * parts);
+        half_diagonal = std::sqrt(half_diagonal);
+        IndexBox<D>{{}, Index<D>::filled(parts + 1)}.for_each([&](const Index<D>& k) {
+            Vec<D> x{}, slope{};
+            for (int a = 0; a < D; ++a) x[a] = lower[a] + (upper[a] - lower[a]) * k[a] / parts;
+            nearest       = std::min(nearest, std::fabs(f(x)));
+            double square = 0.0;
+            for (int a = 0; a < D; ++a) {
+                const double step = 1e-4 * (upper[a] - lower[a]);
+                Vec<D> ahead = x, behind = x;
+                ahead[a] += step;
+                behind[a] -= step;
+                slope[a] = (f(ahead) - f(behind)) / (2 * step);
+                square += slope[a] * slope[a];
+                least[a] = is_first ? slope[a] : std::min(least[a], slope[a]);
+                most[a]  = is_first ? slope[a] : std::max(most[a], slope[a]);
+            }
+            steepest = std::max(steepest, std::sqrt(square));
+            is_first = false;
+        });
+        vanishes = nearest <= 1.5 * steepest * half_diagonal;
+        for (int a = 0; a < D; ++a)
+            steepness[a] = least[a] * most[a] <= 0 ? 0.0 : std::min(std::fabs(least[a]), std::fabs(most[a])) / steepest;
+    }
+};
+
+/// use(x, weight) at Gauss points of the parts into which functions, where they vanish, cut a box.
+template <int D, class Use>
+void for_each_point_of_parts(const std::vector<LevelSet<D>>& functions, const Vec<D>& lower, const Vec<D>& upper, int points,
+                             int halvings, const Use& use)
+{
+    const std::vector<GaussPoint> rule = gauss_rule(points);
+    if constexpr (D == 1) {
+        constexpr int parts       = 4;  // in which roots are looked for
+        std::vector<double> edges = {lower[0], upper[0]};
+        for (const LevelSet<1>& f : functions) {
+            auto g    = [&](double x) { return f(Vec<1>{x}); };
+            double x0 = lower[0], f0 = g(x0);
+            for (int k = 1; k <= parts; ++k) {
+                const double x1 = lower[0] + (upper[0] - lower[0]) * k / parts, f1 = g(x1);
+                if ((f0 < 0) != (f1 < 0)) edges.push_back(root_between(g, x0, x1, f0, f1));
+                x0 = x1;
+                f0 = f1;
+            }
+        }
+        std::sort(edges.begin(), edges.end());
+        for (std::size_t k = 0; k + 1 < edges.size(); ++k)
+            for (const auto& [at, weight] : rule)
+                use(Vec<1>{edges[k] + at * (edges[k + 1] - edges[k])}, weight * (edges[k + 1] - edges[k]));
+    } else {
+        std::vector<LevelSet<D>> vanishing;
+        Vec<D> steepness = Vec<D>::filled(1.0);
+        for (const LevelSet<D>& f : functions) {
+            const Signs<D> signs(f, lower, upper);
+            if (!signs.vanishes) continue;
+            vanishing.push_back(f);
+            for (int a = 0; a < D; ++a) steepness[a] = std::min(steepness[a], signs.steepness[a]);
+        }
+        if (vanishing.empty()) {
+            IndexBox<D>{{}, Index<D>::filled(points)}.for_each([&](const Index<D>& k) {
+                Vec<D> x{};
+                double weight = 1.0;
+                for (int a = 0; a < D; ++a) {
+                    x[a] = lower[a] + rule[k[a]].at * (upper[a] - lower[a]);
+                    weight *= rule[k[a]].weight * (upper[a] - lower[a]);
+                }
+                use(x, weight);
+            });
+            return;
+        }
+        int axis = 0;
+        for (int a = 1; a < D; ++a)
+            if (steepness[a] > steepness[axis]) axis = a;
+        if (steepness[axis] < 0.2 || vanishing.size() > std::size_t(1)) {
+            if (halvings > 0) {
+                const Vec<D> middle = 0.5 * (lower + upper);
+                IndexBox<D>{{}, Index<D>::filled(2)}.for_each([&](const Index<D>& k) {
+                    Vec<D> lo{}, hi{};
+                    for (int a = 0; a < D; ++a) {
+                        lo[a] = k[a] ? middle[a] : lower[a];
+                        hi[a] = k[a] ? upper[a] : middle[a];
+                    }
+                    for_each_point_of_parts<D>(vanishing, lo, hi, points, halvings - 1, use);
+                });
+                return;
+            }
+            double volume = 1.0;
+            for (int a = 0; a < D; ++a) volume *= upper[a] - lower[a];
+            use(0.5 * (lower + upper), volume);
+            return;
+        }
+        // Lines along the axis; over their feet the parts change where the surface meets the faces at their ends.
+        std::vector<LevelSet<D - 1>> at_faces;
+        for (const LevelSet<D>& f : vanishing)
+            for (const double end : {lower[axis], upper[axis]})
+                at_faces.push_back([&f, axis, end](const Vec<D - 1>& x) { return f(with_axis<D>(x, axis, end)); });
+        for_each_point_of_parts<D - 1>(
+            at_faces, without_axis<D>(lower, axis), without_axis<D>(upper, axis), points, halvings,
+            [&](const Vec<D - 1>& foot, double of_foot) {
+                std::vector<LevelSet<1>> on_line;
+                for (const LevelSet<D>& f : vanishing)
+                    on_line.push_back([&](const Vec<1>& y) { return f(with_axis<D>(foot, axis, y[0])); });
+                for_each_point_of_parts<1>(
+                    on_line, Vec<1>{lower[axis]}, Vec<1>{upper[axis]}, points, halvings,
+                    [&](const Vec<1>& y, double weight) { use(with_axis<D>(foot, axis, y[0]), of_foot * weight); });
+            });
+    }
+}
+
+}  // namespace cut
+
+/// What of a box is inside, from samples: `part` also where that is not sure.
+template <int D>
+Cover cover_of(const std::vector<LevelSet<D>>& functions, const Vec<D>& lower, const Vec<D>& upper)
+{
+    Cover r = Cover::all;
+    for (const LevelSet<D>& f : functions) {
+        if (cut::Signs<D>(f, lower, upper).vanishes)
+            r = Cover::part;
+        else if (f(lower) > 0)
+            return Cover::none;
+    }
+    return r;
+}
+
+/// use(x, weight) at Gauss points of the part of a box in which all functions are negative, `points` to an interval of a line.
+/// Weights are positive. Exact for polynomials of degree 2 points - 1 where no function vanishes in the box.
+template <int D, class Use>
+void for_each_point_inside(const std::vector<LevelSet<D>>& functions, const Vec<D>& lower, const Vec<D>& upper, int points,
+                           const Use& use)
+{
+    cut::for_each_point_of_parts<D>(functions, lower, upper, points, cut::kHalvings, [&](const Vec<D>& x, double weight) {
+        for (const LevelSet<D>& f : functions)
+            if (!(f(x) < 0)) return;
+        use(x, weight);
+    });
+}
+
+}  // namespace ordo
