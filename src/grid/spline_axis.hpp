@@ -92,7 +92,7 @@ struct SplineSpace {
         for (int a = 0; a < D; ++a) n *= axis[a].count();
         return n;
     }
-    std::size_t number(const Index<D>& k) const
+    std::size_t number(const Index<D>& k) const  ///< of a function, from those along the axes, the first fastest
     {
         std::size_t r = 0;
         for (int a = D - 1; a >= 0; --a) r = r * axis[a].count() + k[a];
