@@ -87,7 +87,7 @@ FAULTS = [
     fault("slope-of-both-axes", "a gradient takes slopes along two axes instead of one", "shape/stencil.hpp",
           "for (int b = 0; b < A; ++b) rest[b] = flux[b] * @s.w[A][k]@;", "s.dw[A][k]", NAIVE_SCATTER),
     fault("gradient-per-cell", "gradients of points are not divided by h", "shape/point.hpp",
-          "d *= @Lanes(g.inv_h[a])@;", "Lanes(1.0)", NAIVE_SCATTER),
+          "d *= @T(g.inv_h[a])@;", "T(1.0)", NAIVE_SCATTER),
     fault("gravity-without-dt", "the increment of gravity is g instead of dt g", "kernels/nodes.hpp",
           "padded(@dt * gravity@);", "gravity", "pass:Step.FreeFallIsExact"),
 
@@ -201,14 +201,13 @@ FAULTS = [
           "pass:AdjointGradient.OfQuadraticVelocityIsExactWithHats"),
 
     # particles that carry a field
-    fault("affine-inertia-inside", "D_p is h^2/4, also beside walls and for cubic splines", "kernels/affine.hpp",
-          "M[a][b] += @w * d[a] * d[b]@;", "a == b ? 0.25 * w * s.lattice.h[a] * s.lattice.h[a] : 0.0",
+    fault("affine-inertia-inside", "D_p is h^2/4, also beside walls and for cubic splines", "shape/affine_point.hpp",
+          "inertia += @dw[k] * d@;", "0.25 * w[k]",
           "pass:Affine.LinearFieldGoesToNodesAndBack"),
     fault("affine-arm-sign", "the affine velocity at a node is v - L (x_i - x_p)", "kernels/affine.hpp",
-          "v = @s.p.v[i] + s.p.L[i] * (place_of_node(s.lattice, node) - s.p.x[i])@;",
-          "s.p.v[i] - s.p.L[i] * (place_of_node(s.lattice, node) - s.p.x[i])", "pass:Affine.LinearFieldGoesToNodesAndBack"),
+          "mL[a] = @p.m[i]@ * p.L[i](a, d);", "-p.m[i]", "pass:Affine.LinearFieldGoesToNodesAndBack"),
     fault("polynomial-not-orthogonal", "the quadratic of polynomial PIC is orthogonal in even weights only", "kernels/affine.hpp",
-          "= @P[a][1][k] * (P[a][1][k] - third / second) - second@;", "P[a][1][k] * P[a][1][k] - second",
+          "= @P[1][k] * (P[1][k] - third / second) - second@;", "P[1][k] * P[1][k] - second",
           "pass:Polynomials.NodalFieldsSurviveTheParticles"),
 
     # the consistent mass matrix

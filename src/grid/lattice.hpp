@@ -64,15 +64,17 @@ struct Lattice {
     {
         return (x - origin[a]) * inv_h[a] + margin;
     }
-    /// The place of node k of axis a: of a spline its Greville point, the mean of its knots.
-    ORDO_HD double node_position(int a, int k) const
+    /// The place of node k of axis a in cells from the lower face: of a spline its Greville point, the mean of its knots.
+    ORDO_HD double node_place(int a, int k) const
     {
         const int p = basis.degree;
-        if (p == 1) return origin[a] + (k - margin) * h[a];
+        if (p == 1) return k - margin;
         double sum = 0.0;
         for (int j = 1; j <= p; ++j) sum += knot(a, k - margin + j - p);
-        return origin[a] + sum / p * h[a];
+        return sum / p;
     }
+    /// The same, m.
+    ORDO_HD double node_position(int a, int k) const { return origin[a] + node_place(a, k) * h[a]; }
     /// The middle of a cell, which has the index of its lower node.
     ORDO_HD Vec<D> cell_center(const Index<D>& cell) const
     {

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace ordo {
@@ -56,22 +57,33 @@ class NodeRows {
     template <class Has>
     bool assign(const Lattice<D>& lattice, const Tiles<D>& tiles, int reach, Has&& has)
     {
-        std::vector<std::ptrdiff_t> nodes{-1}, ghosts;
-        nodes.reserve(tiles.blocks().size() * power_of(Tiles<D>::block_width, D) + 1);
+        bool has_changed = false;
+        auto forget      = [&] {
+            if (!std::exchange(has_changed, true)) for_each_place([&](std::ptrdiff_t place, int) { row_of_[place] = 0; });
+        };
+        // In place: a list beside the one that there is would be a byte for each of eight particles in a cell.
+        auto set = [&](std::vector<std::ptrdiff_t>& list, std::size_t at, std::ptrdiff_t node) {
+            if (at < list.size() && list[at] == node) return;
+            forget();
+            list.resize(at);
+            list.push_back(node);
+        };
+        if (!(lattice.nodes == lattice_.nodes) || reach != view_.reach) forget();
+        std::size_t count = 1, ghosts = 0;
         for (const Run& run : runs(lattice, tiles)) {
             Index<D> at = lattice.index(run.first);
             for (std::ptrdiff_t i = run.first; i < run.first + run.length; ++i, ++at[0]) {
                 if (lattice.is_image(at))
-                    ghosts.push_back(i);
+                    set(ghost_nodes_, ghosts++, i);
                 else if (has(i))
-                    nodes.push_back(i);
+                    set(nodes_, count++, i);
             }
         }
-        if (nodes == nodes_ && ghosts == ghost_nodes_ && lattice.nodes == lattice_.nodes && reach == view_.reach) return false;
-        for_each_place([&](std::ptrdiff_t place, int) { row_of_[place] = 0; });
-        nodes_       = std::move(nodes);
-        ghost_nodes_ = std::move(ghosts);
-        lattice_     = lattice;
+        if (count < nodes_.size() || ghosts < ghost_nodes_.size()) forget();
+        if (!has_changed) return false;
+        nodes_.resize(count);
+        ghost_nodes_.resize(ghosts);
+        lattice_ = lattice;
         set_places(reach);
         return true;
     }

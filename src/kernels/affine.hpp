@@ -8,7 +8,22 @@
 
 namespace ordo {
 
-/// m_i = sum_p phi_ip m_p and (m v)_i = sum_p phi_ip m_p (v_p + L_p (x_i - x_p)), with nodes of splines at their Greville
+/// m_i and (m v)_i of particles whose velocity beside them is v_p + L_p (x_i - x_p), from shapes with Arms for slopes.
+template <int D>
+struct AffineMomentum {
+    static constexpr bool has_flux = true;
+    ORDO_FLAT static void add(const ParticleView<D>& p, int i, Lanes& value, Lanes (&flux)[D])
+    {
+        value += mass_momentum(p.m[i], p.v[i], p.V[i]);
+        for (int d = 0; d < D; ++d) {
+            double mL[3] = {};
+            for (int a = 0; a < D; ++a) mL[a] = p.m[i] * p.L[i](a, d);
+            flux[d] += make_lanes(mL[0], mL[1], mL[2], 0, 0, 0, 0, 0);
+        }
+    }
+};
+
+/// The plain form for any shape: m_i = sum_p phi_ip m_p and (m v)_i = sum_p phi_ip m_p (v_p + L_p (x_i - x_p)), with nodes of splines at their Greville
 /// points. With L_p the velocity gradient Wallstedt & Guilkey (2007), with the affine matrix Jiang et al. (2015).
 template <Shape S>
 void project_affine(const Sweep<S::dim>& sweep, int begin, int end)
@@ -25,8 +40,8 @@ void project_affine(const Sweep<S::dim>& sweep, int begin, int end)
     }
 }
 
-/// The affine matrix C_p = B_p D_p^-1, B_p = sum_i phi_ip v_i (x) (x_i - x_p), D_p = sum_i phi_ip (x_i - x_p) (x) (x_i - x_p)
-/// (Jiang et al. 2015), becomes L_p. D_p is summed, not h^2/4: that is wrong near clamped faces.
+/// The plain form of the affine matrix for any shape: C_p = B_p D_p^-1, B_p = sum_i phi_ip v_i (x) (x_i - x_p), D_p = sum_i phi_ip (x_i - x_p) (x) (x_i - x_p)
+/// (Jiang et al. 2015), becomes L_p.
 template <Shape S>
 void keep_affine(const Sweep<S::dim>& sweep, int begin, int end, TileReport&)
 {
@@ -50,97 +65,122 @@ void keep_affine(const Sweep<S::dim>& sweep, int begin, int end, TileReport&)
     }
 }
 
-/// L_p becomes the velocity gradient sum_i v_i (x) grad phi_ip.
+/// L_p becomes the velocity gradient sum_i v_i (x) grad phi_ip; with AffineSlopes it is the affine matrix.
 template <Shape S>
 void keep_gradient(const Sweep<S::dim>& sweep, int begin, int end, TileReport&)
 {
-    constexpr int D  = S::dim;
-    const Sweep<D> s = sweep;
-    for (int i = begin; i < end; ++i) {
-        Lanes value{};
-        Quad gradient[D] = {};
-        S::collect(s.lattice, s.p, i, s.nodes, value, gradient);
-        s.p.L[i] = velocity_gradient(gradient);
+    const Sweep<S::dim> s = sweep;
+    for (int first = begin; first < end; first += Batch::size) {
+        const Batch b = Batch::of(first, end);
+        FromNodes<S::dim> nodes;
+        if (!b.is_full()) nodes = {};
+        collect<S, true>(s, b, nodes);
+        store(s.p.L, b, nodes.velocity_gradients());
     }
 }
 
-/// f(node, w_i, products of the axes' orthogonal polynomials at node i) for each node of a particle, and their norms
-/// sum_i w_i P_k(x_i)^2. The polynomials of degree 0..r along an axis are orthogonal in the weights there: 1, z, and
-/// z^2 - alpha z - beta with z = (x_i - x_p)/h. Those of several axes are then orthogonal too (Fu et al. 2017, sec. 4).
-template <int D, class Basis, int degree, class F>
-ORDO_FLAT inline void for_each_mode(const Lattice<D>& g, const ParticleView<D>& p, int i, double (&norm)[power_of(degree + 1, D)],
-                                    F&& f)
-{
-    constexpr int count = degree + 1, modes = power_of(count, D), W = Basis::width;
-    const Stencil<D, W> s = Point<D, Basis>::stencil(g, p, i);
-    const Index<D> first  = g.index(s.first);
-    double P[D][count][W], size[D][count] = {};
-    for (int a = 0; a < D; ++a) {
-        double second = 0.0, third = 0.0;
-        for (int k = 0; k < W; ++k) {
-            const double z = (g.node_position(a, first[a] + k) - p.x[i][a]) * g.inv_h[a];
-            P[a][0][k]     = 1.0;
-            P[a][1][k]     = z;
-            second += s.w[a][k] * z * z;
-            third += s.w[a][k] * z * z * z;
+/// The orthogonal polynomials of a particle's nodes, times their weights, along each axis: w_k P_n(x_k), and norms
+/// sum_k w_k P_n(x_k)^2. Those of degree 0..r are orthogonal in the weights there: 1, z, and z^2 - alpha z - beta with
+/// z = (x_k - x_p)/h; their products over the axes are then orthogonal too (Fu et al. 2017, sec. 4). Modes are products, those of the
+/// first axis follow one another.
+template <int D, class Basis, int degree>
+struct ModeRows {
+    static constexpr int count = degree + 1, W = Basis::width, modes = power_of(count, D);
+
+    std::ptrdiff_t first = 0;
+    double wP[D][count][W];
+    double norm[D][count] = {};
+
+    ORDO_FLAT ModeRows(const Lattice<D>& g, const Vec<D>& x)
+    {
+        for (int a = 0; a < D; ++a) {
+            const double y = g.cell_coordinate(a, x[a]);
+            double w[W], P[count][W], second = 0.0, third = 0.0;
+            const int cell = Basis::row(g, a, y, w);
+            first += g.stride[a] * cell;
+            for (int k = 0; k < W; ++k) {
+                const double z = Arms::distance<Basis>(g, a, k, y, cell);
+                P[0][k]        = 1.0;
+                P[1][k]        = z;
+                second += w[k] * z * z;
+                third += w[k] * z * z * z;
+            }
+            if constexpr (degree > 1)
+                for (int k = 0; k < W; ++k) P[2][k] = P[1][k] * (P[1][k] - third / second) - second;
+            for (int n = 0; n < count; ++n)
+                for (int k = 0; k < W; ++k) {
+                    wP[a][n][k] = w[k] * P[n][k];
+                    norm[a][n] += wP[a][n][k] * P[n][k];
+                }
         }
-        if constexpr (degree > 1)
-            for (int k = 0; k < W; ++k) P[a][2][k] = P[a][1][k] * (P[a][1][k] - third / second) - second;
-        for (int n = 0; n < count; ++n)
-            for (int k = 0; k < W; ++k) size[a][n] += s.w[a][k] * P[a][n][k] * P[a][n][k];
     }
-    const IndexBox<D> powers{{}, Index<D>::filled(count)};
-    int mode = 0;
-    powers.for_each([&](const Index<D>& n) {
-        norm[mode] = 1.0;
-        for (int a = 0; a < D; ++a) norm[mode] *= size[a][n[a]];
-        ++mode;
-    });
-    IndexBox<D>{{}, Index<D>::filled(W)}.for_each([&](const Index<D>& k) {
-        double w = 1.0, product[modes];
-        for (int a = 0; a < D; ++a) w *= s.w[a][k[a]];
-        int m = 0;
-        powers.for_each([&](const Index<D>& n) {
-            product[m] = 1.0;
-            for (int a = 0; a < D; ++a) product[m] *= P[a][n[a]][k[a]];
-            ++m;
-        });
-        f(s.first + g.offset(k), w, product);
-    });
+};
+
+/// Adds sum_n wP_n c_n to the nodes, axis by axis from A down.
+template <int A, int D, class Basis, int degree>
+ORDO_FLAT inline void spread_modes(const ModeRows<D, Basis, degree>& rows, const Lattice<D>& g, Lanes* node, const Lanes* c)
+{
+    constexpr int inner = power_of(degree + 1, A);
+    for (int k = 0; k < Basis::width; ++k) {
+        Lanes rest[inner] = {};
+        for (int n = 0; n <= degree; ++n)
+            for (int j = 0; j < inner; ++j) rest[j] += c[n * inner + j] * rows.wP[A][n][k];
+        if constexpr (A == 0)
+            node[k] += rest[0];
+        else
+            spread_modes<A - 1>(rows, g, node + k * g.stride[A], rest);
+    }
+}
+
+/// Adds the sums of wP_n times the velocities of the nodes to c_n.
+template <int A, int D, class Basis, int degree>
+ORDO_FLAT inline void collect_modes(const ModeRows<D, Basis, degree>& rows, const Lattice<D>& g, const Lanes* node, Quad* c)
+{
+    constexpr int inner = power_of(degree + 1, A);
+    for (int k = 0; k < Basis::width; ++k) {
+        Quad rest[inner] = {};
+        if constexpr (A == 0)
+            rest[0] = low(node[k]);
+        else
+            collect_modes<A - 1>(rows, g, node + k * g.stride[A], rest);
+        for (int n = 0; n <= degree; ++n)
+            for (int j = 0; j < inner; ++j) c[n * inner + j] += rest[j] * rows.wP[A][n][k];
+    }
 }
 
 /// m_i and (m v)_i of the particles' polynomials.
 template <int D, class Basis, int degree>
 void project_modes(const Sweep<D>& sweep, int begin, int end)
 {
-    constexpr int modes = power_of(degree + 1, D);
-    const Sweep<D> s    = sweep;
-    Lanes* nodes        = s.nodes;
+    using Rows       = ModeRows<D, Basis, degree>;
+    const Sweep<D> s = sweep;
     for (int i = begin; i < end; ++i) {
-        const double m = s.p.m[i], V = s.p.V[i];
-        double norm[modes];
-        for_each_mode<D, Basis, degree>(s.lattice, s.p, i, norm, [&](std::ptrdiff_t node, double w, const double* product) {
-            Vec<D> v = s.p.v[i];
-            for (int k = 1; k < modes; ++k) v += product[k] * s.p.modes[i].c[k];
-            nodes[node] += mass_momentum(m, v, V) * w;
-        });
+        const Rows rows(s.lattice, s.p.x[i]);
+        Lanes c[Rows::modes] = {};
+        c[0]                 = mass_momentum(s.p.m[i], s.p.v[i], s.p.V[i]);
+        for (int n = 1; n < Rows::modes; ++n)
+            for (int a = 0; a < D; ++a) c[n][NodeLane::velocity + a] = s.p.m[i] * s.p.modes[i].c[n][a];
+        spread_modes<D - 1>(rows, s.lattice, s.nodes + rows.first, c);
     }
 }
 
-/// The polynomials of the nodes' velocities around each particle, c_k = sum_i w_i P_k v_i / sum_i w_i P_k^2.
+/// The polynomials of the nodes' velocities around each particle, c_n = sum_i w_i P_n v_i / sum_i w_i P_n^2.
 template <int D, class Basis, int degree>
 void keep_modes(const Sweep<D>& sweep, int begin, int end, TileReport&)
 {
-    constexpr int modes = power_of(degree + 1, D);
-    const Sweep<D> s    = sweep;
+    using Rows       = ModeRows<D, Basis, degree>;
+    const Sweep<D> s = sweep;
     for (int i = begin; i < end; ++i) {
-        double norm[modes];
-        Vec<D> c[modes]{};
-        for_each_mode<D, Basis, degree>(s.lattice, s.p, i, norm, [&](std::ptrdiff_t node, double w, const double* product) {
-            for (int k = 0; k < modes; ++k)
-                for (int a = 0; a < D; ++a) c[k][a] += w * product[k] * s.nodes[node][NodeLane::velocity + a];
+        const Rows rows(s.lattice, s.p.x[i]);
+        Quad c[Rows::modes] = {};
+        collect_modes<D - 1>(rows, s.lattice, s.nodes + rows.first, c);
+        int mode = 0;
+        IndexBox<D>{{}, Index<D>::filled(degree + 1)}.for_each([&](const Index<D>& n) {
+            double norm = 1.0;
+            for (int a = 0; a < D; ++a) norm *= rows.norm[a][n[a]];
+            for (int a = 0; a < D; ++a) s.p.modes[i].c[mode][a] = norm > 1e-14 ? c[mode][NodeLane::velocity + a] / norm : 0.0;
+            ++mode;
         });
-        for (int k = 0; k < modes; ++k) s.p.modes[i].c[k] = norm[k] > 1e-14 ? c[k] * (1 / norm[k]) : Vec<D>{};
     }
 }
 

@@ -312,11 +312,21 @@ inline bool has_gauss_forces(const MethodSpec& s)
 {
     return s.quadrature == Quadrature::gauss && !(s.projection == Projection::tls && s.tls == Tls::velocity);
 }
+/// Particles leave velocities that are linear beside them.
+inline bool spreads_gradient(const MethodSpec& s)
+{
+    return s.projection == Projection::gradient_enhanced || s.projection == Projection::affine;
+}
 /// Particles carry a matrix from which velocities beside them follow: L_p, or the affine matrix.
 inline bool carries_gradient(const MethodSpec& s)
 {
-    return s.projection == Projection::gradient_enhanced || s.projection == Projection::affine ||
-           (s.samples == Samples::corners && !has_cells(s));
+    return spreads_gradient(s) || (s.samples == Samples::corners && !has_cells(s));
+}
+/// That matrix is the gradient of the stress update, which stores it in passing.
+inline bool stores_gradient(const MethodSpec& s)
+{
+    return s.scheme == Scheme::usl && carries_gradient(s) &&
+           (s.projection != Projection::affine || s.gradient == Gradient::affine);
 }
 
 /// The mass of the nodes is that of the particles, to round-off. Where domains reach further than quadrature points, nodes

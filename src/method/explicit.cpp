@@ -68,9 +68,7 @@ Explicit<D>::Explicit(Model<D> model)
       passes_(choose_passes<D>(model_.method)),
       mass_solver_(passes_, model_.method.lump_below, has_tls_velocity(model_.method)),
       splines_(is_spline_fit(model_.method) ? std::make_shared<const SplineScheme<D>>(model_) : nullptr),
-      has_body_force_(field_groups(model_).body_force),
-      keeps_gradient_(model_.method.scheme == Scheme::usl && carries_gradient(model_.method) &&
-                      model_.method.projection != Projection::affine)
+      has_body_force_(field_groups(model_).body_force)
 {}
 
 template <int D>
@@ -171,7 +169,7 @@ void Explicit<D>::step(State<D>& s, double dt) const
         gather(s, passes_.velocity_and_move, nodes, dt);
         break;
     case Scheme::usl:
-        if (passes_.keep && !keeps_gradient_) gather(s, passes_.keep, nodes, dt);
+        if (passes_.keep && !stores_gradient(model_.method)) gather(s, passes_.keep, nodes, dt);
         find_gradients(s, nodes);
         gather(s, passes_.update_all, nodes, dt);
         break;
@@ -265,7 +263,7 @@ Sweep<D> Explicit<D>::sweep(State<D>& s, Lanes* nodes, double dt) const
             dt,
             model_.method.update == Update::flip ? model_.method.pic_fraction : 1.0,
             model_.method.stretch_limit,
-            keeps_gradient_,
+            stores_gradient(model_.method),
             s.gradients.data()};
 }
 

@@ -68,7 +68,6 @@ class Explicit {
     MassSolver<D> mass_solver_;
     std::shared_ptr<const SplineScheme<D>> splines_;  ///< of projection spline-fit, which takes its own steps
     bool has_body_force_;
-    bool keeps_gradient_;  ///< the pass that does all stores L_p too
     StageTimes* times_ = nullptr;
 };
 

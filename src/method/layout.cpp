@@ -70,6 +70,7 @@ void sort_particles(const Model<D>& model, State<D>& s)
 
     const Lattice<D> lattice(model.origin, model.h, model.cells, model.periodic, halo + 1, grid_basis(model.method));
     Tiles<D> tiles(lattice, halo, s.particles.count);
+    s.mass = {};  // the sort needs room, and the matrix is formed anew in each step
     assign(lattice, tiles, s.particles);
 
     s.drift = 0.0;

@@ -37,7 +37,7 @@ Passes<S::dim> passes_of_shape(const MethodSpec& spec)
     p.max_reach   = S::max_reach;
     p.interpolate = interpolate<D, Basis>;
 
-    if (spec.projection == Projection::affine || spec.projection == Projection::gradient_enhanced) {
+    if (spreads_gradient(spec)) {
         p.project           = project_affine<S>;
         p.project_and_force = nullptr;
     }
@@ -83,17 +83,18 @@ Passes<D> passes_of_cells(const MethodSpec& spec)
 template <int D, class Basis>
 Passes<D> passes_of_points(const MethodSpec& spec)
 {
+    Passes<D> p = passes_of_shape<Point<D, Basis>, Basis, Rigid<D>>(spec);
     if constexpr (Basis::degree > 1) {
-        if (spec.gradient == Gradient::affine) return passes_of_shape<AffinePoint<D, Basis>, Basis, Rigid<D>>(spec);
+        if (spec.gradient == Gradient::affine) p = passes_of_shape<AffinePoint<D, Basis>, Basis, Rigid<D>>(spec);
+        if (spec.projection == Projection::affine) p.keep = keep_gradient<AffinePoint<D, Basis>>;
         if (spec.projection == Projection::polynomial) {
-            Passes<D> p         = passes_of_shape<Point<D, Basis>, Basis, Rigid<D>>(spec);
             p.project           = spec.degree > 1 ? project_modes<D, Basis, 2> : project_modes<D, Basis, 1>;
             p.keep              = spec.degree > 1 ? keep_modes<D, Basis, 2> : keep_modes<D, Basis, 1>;
             p.project_and_force = nullptr;
-            return p;
         }
     }
-    return passes_of_shape<Point<D, Basis>, Basis, Rigid<D>>(spec);
+    if (spreads_gradient(spec)) p.project = scatter<PointWithArms<D, Basis>, AffineMomentum<D>>;
+    return p;
 }
 
 /// The passes of a basis and the domain of `spec`.

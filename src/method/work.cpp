@@ -222,7 +222,7 @@ class Counter {
             gather(kVelocity | kMove);
             break;
         case Scheme::usl:
-            if (!keeps_gradient()) keep();
+            if (!stores_gradient(method_)) keep();
             find_gradients();
             gather(kVelocity | kStress | kMove);
             break;
@@ -270,10 +270,6 @@ class Counter {
         massive_ += static_cast<double>(p_.enriched_count);
     }
 
-    bool keeps_gradient() const
-    {
-        return method_.scheme == Scheme::usl && carries_gradient(method_) && method_.projection != Projection::affine;
-    }
     int unknowns() const { return binomial(static_cast<int>(method_.degree) + D, D); }
 
     // Passes over nodes. All active ones are read, those with mass change.
@@ -306,8 +302,10 @@ class Counter {
         const double fields = size_of(p_.m) + size_of(p_.v) + size_of(p_.V);
         if (p_.modes) {
             const double modes = power_of(static_cast<int>(method_.degree) + 1, D);
-            scatter(sums_.visits * (2 * kLanes + modes * (D + 2 * D) + D), fields + modes * sizeof(Vec<D>));
-        } else if (method_.projection == Projection::affine || method_.projection == Projection::gradient_enhanced) {
+            scatter(kLanes * (multiply_adds_of_modes() + sums_.visits) + n_ * modes * D, fields + modes * sizeof(Vec<D>));
+        } else if (spreads_gradient(method_) && method_.domain == Domain::point) {
+            scatter(kLanes * sums_.spread + n_ * (D + D * D), fields + size_of(p_.L));
+        } else if (spreads_gradient(method_)) {
             scatter(sums_.visits * (2 * kLanes + D + D * (2 * D - 1) + 2 * D), fields + size_of(p_.L));
         } else {
             scatter(kLanes * sums_.spread_value + n_ * D, fields);
@@ -424,6 +422,18 @@ class Counter {
             kRecord * (size * (active_ + gradients_) + massive_));
     }
 
+    /// Flops a lane of the products of polynomials, axis by axis.
+    double multiply_adds_of_modes() const
+    {
+        const int count = static_cast<int>(method_.degree) + 1;
+        double visits = n_, flops = 0;
+        for (int a = D - 1; a >= 0; --a) {
+            visits *= grid_basis(method_).degree + 1;
+            flops += 2 * visits * power_of(count, a + 1);
+        }
+        return flops;
+    }
+
     // Gathers.
     void gather(unsigned parts)
     {
@@ -438,7 +448,7 @@ class Counter {
             }
             flops += n_ * (D * D + kDeform<D> + (parts & kPast ? D * D + kInverse<D> + kProduct<D> : 0));
             fields += 2 * size_of(p_.F) + size_of(p_.sigma) + size_of(p_.V0) + size_of(p_.material);
-            fields += (p_.cell ? 0 : size_of(p_.V)) + (keeps_gradient() ? size_of(p_.L) : 0);
+            fields += (p_.cell ? 0 : size_of(p_.V)) + (stores_gradient(method_) ? size_of(p_.L) : 0);
         } else {
             flops += kLanes * sums_.collect_value;
         }
@@ -464,9 +474,9 @@ class Counter {
         double flops = 0, fields = size_of(p_.L);
         if (p_.modes) {
             const double modes = power_of(static_cast<int>(method_.degree) + 1, D);
-            flops              = sums_.visits * modes * (D + 3 * D);
+            flops              = kLanes / 2 * multiply_adds_of_modes() + n_ * modes * (D + D - 1);
             fields             = modes * sizeof(Vec<D>);
-        } else if (method_.projection == Projection::affine) {  // B_p and D_p, B_p D_p^-1
+        } else if (method_.projection == Projection::affine && method_.domain != Domain::point) {  // B_p and D_p, B_p D_p^-1
             flops = sums_.visits * (D + 6 * D * D) + n_ * (ldl_flops(D) + D * ldl_solve_flops(D));
         } else {
             flops = kLanes * sums_.collect;

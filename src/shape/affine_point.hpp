@@ -1,5 +1,6 @@
-// Gradient `affine`: phi_ip = N_i(x_p) with the gradient w_i D_p^-1 (x_i - x_p) of the affine matrix, in forces and in L_p
-// (MLS-MPM, Hu et al. 2018). Exact for linear fields, as that of the functions is.
+// Points with other slopes than those of their functions. Gradient `affine`: phi_ip = N_i(x_p) with the gradient
+// w_i D_p^-1 (x_i - x_p) of the affine matrix, in forces and in L_p (MLS-MPM, Hu et al. 2018). Exact for linear fields, as that
+// of the functions is.
 #pragma once
 
 #include "shape/point.hpp"
@@ -16,26 +17,56 @@ ORDO_FLAT inline Vec<D> place_of_node(const Lattice<D>& g, std::ptrdiff_t node)
     return x;
 }
 
-/// D_p is diagonal for products of weights whose first moments vanish.
-struct AffineGradient {
-    template <int D, class Row>
-    ORDO_FLAT static void set(const Lattice<D>& g, const Vec<D>& x, Row& s)
+/// Slopes w_k (x_k - x_p), m: their sums with velocities are the matrix B_p, and momenta that they spread turn with a matrix.
+struct Arms {
+    template <class Basis, int D, class T, class Cell>
+    ORDO_FLAT static void set(const Lattice<D>& g, int a, const T& y, const Cell& cell, const T (&w)[Basis::width],
+                              T (&dw)[Basis::width])
     {
-        const Index<D> first = g.index(s.first);
-        for (int a = 0; a < D; ++a) {
-            double inertia = 0.0;
-            for (int k = 0; k < Row::capacity; ++k) {
-                const double d = g.node_position(a, first[a] + k) - x[a];
-                s.dw[a][k]     = s.w[a][k] * d;
-                inertia += s.w[a][k] * d * d;
-            }
-            for (double& d : s.dw[a]) d *= inertia > 0 ? 1 / inertia : 0.0;
-        }
+        for (int k = 0; k < Basis::width; ++k) dw[k] = w[k] * distance<Basis>(g, a, k, y, cell) * g.h[a];
+    }
+
+    /// From a place to node k of its row, cells.
+    template <class Basis, int D>
+    ORDO_FLAT static double distance(const Lattice<D>& g, int a, int k, double y, int cell)
+    {
+        return g.margin + g.node_place(a, cell + k) - y;
+    }
+    /// The same away from faces.
+    template <class Basis, int D>
+    ORDO_FLAT static Lanes distance(const Lattice<D>&, int, int k, const Lanes& y, const Lanes& cell)
+    {
+        return cell + (k + 0.5 * (1 - Basis::degree)) - y;
     }
 };
 
+/// Slopes w_k (x_k - x_p)/D_p, 1/m, with D_p = sum_k w_k (x_k - x_p)^2 along an axis: D_p is diagonal for products of weights whose
+/// first moments vanish. It is summed, not h^2/4: that is wrong near clamped faces.
+struct AffineSlopes {
+    template <class Basis, int D, class T, class Cell>
+    ORDO_FLAT static void set(const Lattice<D>& g, int a, const T& y, const Cell& cell, const T (&w)[Basis::width],
+                              T (&dw)[Basis::width])
+    {
+        T inertia{};
+        for (int k = 0; k < Basis::width; ++k) {
+            const T d = Arms::distance<Basis>(g, a, k, y, cell);
+            dw[k]     = w[k] * d;
+            inertia += dw[k] * d;
+        }
+        const T inverse = inverse_of(inertia) * g.inv_h[a];
+        for (T& d : dw) d *= inverse;
+    }
+
+    /// 0 on a clamped face, where all but one function vanish.
+    ORDO_FLAT static double inverse_of(double inertia) { return inertia > 0 ? 1 / inertia : 0.0; }
+    ORDO_FLAT static Lanes inverse_of(const Lanes& inertia) { return Lanes(1.0) / inertia; }
+};
+
 template <int D, class Basis>
-using AffinePoint = Point<D, Basis, AffineGradient>;
-static_assert(Shape<AffinePoint<2, Hat>>);
+using PointWithArms = Point<D, Basis, Arms>;
+
+/// Of splines: hats leave the matrix undetermined on a node.
+template <int D, class Basis>
+requires(Basis::degree > 1) using AffinePoint = Point<D, Basis, AffineSlopes>;
 
 }  // namespace ordo

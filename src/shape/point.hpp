@@ -9,15 +9,17 @@
 
 namespace ordo {
 
-/// The gradient of a point's functions is their own.
-struct OwnGradient {
-    template <int D, class Row>
-    ORDO_FLAT static void set(const Lattice<D>&, const Vec<D>&, Row&)
-    {}
+/// The slopes of a point's functions are their own, here from 1/cell to 1/m.
+struct OwnSlopes {
+    template <class Basis, int D, class T, class Cell>
+    ORDO_FLAT static void set(const Lattice<D>& g, int a, const T&, const Cell&, const T (&)[Basis::width], T (&dw)[Basis::width])
+    {
+        for (T& d : dw) d *= T(g.inv_h[a]);
+    }
 };
 
-/// Gradient may put other slopes into the rows, see affine_point.hpp.
-template <int D, class Basis, class Gradient = OwnGradient>
+/// Slopes may put others into the rows, see affine_point.hpp.
+template <int D, class Basis, class Slopes = OwnSlopes>
 struct Point {
     static constexpr int dim          = D;
     static constexpr double max_reach = 0.0;
@@ -30,27 +32,27 @@ struct Point {
         Row s;
         s.first = 0;
         for (int a = 0; a < D; ++a) {
-            const int cell = Basis::row(g, a, g.cell_coordinate(a, p.x[i][a]), s.w[a], s.dw[a]);
+            const double y = g.cell_coordinate(a, p.x[i][a]);
+            const int cell = Basis::row(g, a, y, s.w[a], s.dw[a]);
             ORDO_EXPECT(cell >= 0 && cell + Basis::width <= g.nodes[a]);
             s.first += g.stride[a] * cell;
-            for (double& d : s.dw[a]) d *= g.inv_h[a];
+            Slopes::template set<Basis>(g, a, y, cell, s.w[a], s.dw[a]);
         }
-        Gradient::set(g, p.x[i], s);
         return s;
     }
     /// f(k, stencil) for the particles of a batch.
     template <class F>
-    ORDO_FLAT static void for_each_stencil(const Lattice<D>& g, const ParticleView<D>& p, const Batch& b,
-                                           F&& f) requires std::same_as<Gradient, OwnGradient>
+    ORDO_FLAT static void for_each_stencil(const Lattice<D>& g, const ParticleView<D>& p, const Batch& b, F&& f)
     {
         const Vec<D, Lanes> x = load(p.x, b);
         Stencils<D, Basis::width> s;
         bool are_alike = true;
         for (int a = 0; a < D && are_alike; ++a) {
             Lanes cell{};
-            are_alike = Basis::rows(g, a, g.cell_coordinate(a, x[a]), cell, s.w[a], s.dw[a]);
+            const Lanes y = g.cell_coordinate(a, x[a]);
+            are_alike     = Basis::rows(g, a, y, cell, s.w[a], s.dw[a]);
             s.first += cell * static_cast<double>(g.stride[a]);
-            for (Lanes& d : s.dw[a]) d *= Lanes(g.inv_h[a]);
+            Slopes::template set<Basis>(g, a, y, cell, s.w[a], s.dw[a]);
         }
         for (int k = 0; k < b.count; ++k) f(k, are_alike ? s.of(k) : stencil(g, p, b.first + k));
     }

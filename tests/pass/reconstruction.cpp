@@ -1,10 +1,12 @@
 // What a step reconstructs, through whole projections and gathers: least-squares velocities, fields of cells, gradients at
 // cell centres, polynomials of particles. Exact fields, plain sums written here, conservation, threads, periodic axes.
 #include "method/reconstruction.hpp"
+#include "kernels/affine.hpp"
 #include "kernels/moments.hpp"
 #include "kernels/nodes.hpp"
 #include "method/layout.hpp"
 #include "shape/affine_point.hpp"
+#include "shape/bspline.hpp"
 #include "support/particles.hpp"
 
 #include <gtest/gtest.h>
@@ -976,6 +978,62 @@ TEST(Affine, LinearFieldGoesToNodesAndBack)
         check_affine_field<2>(spec);
         check_affine_field<3>(spec);
     });
+}
+
+/// What points leave at the nodes and take from them equals the plain sums over nodes, inside and at faces.
+template <int D, class Basis>
+void check_affine_passes(MethodSpec spec)
+{
+    SCOPED_TRACE(test::describe(spec));
+    const Explicit<D> method(test::unit_box<D>(D == 3 ? 6 : 8, spec));
+    const Passes<D> passes = choose_passes<D>(spec);
+    Random random(28);
+    State<D> s       = start_at_random(method, {0.0, 1.0}, random);
+    auto nodes_after = [&](auto pass) {
+        clear(s.nodes.data(), s.tiles);
+        s.tiles.for_each_by_colour([&](const Tile& t) { pass(sweep(method, s), t.begin, t.end); });
+        return std::vector<Lanes>(s.nodes.begin(), s.nodes.end());
+    };
+    const std::vector<Lanes> plain = nodes_after(project_affine<Point<D, Basis>>), fast = nodes_after(passes.project);
+    double error = 0, size = 0;
+    for (std::size_t i = 0; i < plain.size(); ++i)
+        for (int a = 0; a < NodeLane::end; ++a) {
+            error = std::max(error, std::fabs(plain[i][a] - fast[i][a]));
+            size  = std::max(size, std::fabs(plain[i][a]));
+        }
+    EXPECT_LT(error, 1e-14 * size);
+
+    set_nodes(method, s, [&](const Vec<D>&) {
+        Vec<D> v{};
+        for (int a = 0; a < D; ++a) v[a] = uniform(random, -1, 1);
+        return v;
+    });
+    auto matrices_after = [&](auto pass) {
+        gather_all(method, s, pass);
+        return std::vector<Mat<D>>(s.particles.L.begin(), s.particles.L.begin() + s.particles.count);
+    };
+    const std::vector<Mat<D>> L      = matrices_after(keep_affine<Point<D, Basis>>);
+    const std::vector<Mat<D>> L_fast = matrices_after(passes.keep);
+    error = size = 0;
+    for (std::size_t i = 0; i < L.size(); ++i) {
+        error = std::max(error, largest_entry(L[i] - L_fast[i]));
+        size  = std::max(size, largest_entry(L[i]));
+    }
+    EXPECT_LT(error, 1e-12 * size);
+}
+TEST(Affine, PassesOfPointsEqualThePlainOnes)
+{
+    for (const char* name : {"apic", "mls-mpm"})
+        for (const Basis basis : {Basis::bspline2, Basis::bspline3}) {
+            MethodSpec spec = preset(name);
+            spec.basis      = basis;
+            auto check      = [&]<class B>(B) {
+                check_affine_passes<1, B>(spec);
+                check_affine_passes<2, B>(spec);
+                check_affine_passes<3, B>(spec);
+            };
+            basis == Basis::bspline2 ? check(BSpline<2>{}) : check(BSpline<3>{});
+        }
 }
 
 /// x (x) y - y (x) x: the angular momentum of a momentum y at x, in any dimension.
