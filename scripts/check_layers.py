@@ -3,7 +3,7 @@
 verification < app.
 
 A file includes its own layer and those below it; grid, particles and material do not include each other. Below io no
-header includes fmt, CLI11, toml++, muParser, nlohmann-json or Eigen (method/*.cpp may use fmt); only base/parallel.hpp knows OpenMP; a
+header includes fmt, CLI11, toml++, muParser, nlohmann-json or Eigen (method/*.cpp may use fmt and Eigen); only base/parallel.hpp knows OpenMP; a
 header starts with a comment and has #pragma once. One line a fault on stdout, exit 1 if there is any.
 """
 
@@ -33,8 +33,9 @@ def library_fault(layer, is_header, included):
     if layer in ("io", "verification", "app"):
         return None
     for library, pattern in LIBRARIES.items():
-        if re.match(pattern, included) and not (library == "fmt" and layer == "method" and not is_header):
-            kind = "headers" if layer == "method" else "files"
+        of_sources = layer == "method" and library in ("fmt", "Eigen")
+        if re.match(pattern, included) and not (of_sources and not is_header):
+            kind = "headers" if of_sources else "files"
             return f"{kind} of layer {layer} must not include {library}"
     return None
 

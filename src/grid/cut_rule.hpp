@@ -188,6 +188,20 @@ void for_each_point_of_parts(const std::vector<LevelSet<D>>& functions, const Ve
 
 }  // namespace cut
 
+/// What of a box is inside, from samples: `part` also where that is not sure.
+template <int D>
+Cover cover_of(const std::vector<LevelSet<D>>& functions, const Vec<D>& lower, const Vec<D>& upper)
+{
+    Cover r = Cover::all;
+    for (const LevelSet<D>& f : functions) {
+        if (cut::Signs<D>(f, lower, upper).vanishes)
+            r = Cover::part;
+        else if (f(lower) > 0)
+            return Cover::none;
+    }
+    return r;
+}
+
 /// use(x, weight) at Gauss points of the part of a box in which all functions are negative, `points` to an interval of a line.
 /// Weights are positive. Exact for polynomials of degree 2 points - 1 where no function vanishes in the box.
 template <int D, class Use>

@@ -457,17 +457,46 @@ void set_up_enrichment(const CaseInput& in, const Model<D>& model, Particles<D>&
                        "both sides; or choose enrichment = \"all\" or a method without (cpdi2)");
 }
 
-/// Projection spline-fit takes bodies that fill a grid between walls.
+/// Whether a plane across an axis is a face of the grid that a wall or a period closes.
 template <int D>
-void require_splines(const CaseInput& in, const Model<D>& model, int particles)
+bool is_closed(const Model<D>& model, int axis, bool above, double at)
+{
+    if (std::fabs(at - model.face(axis, above)) > 1e-9 * model.h[axis]) return false;
+    return model.periodic[axis] || std::any_of(model.boundaries.begin(), model.boundaries.end(), [&](const Boundary<D>& b) {
+               return b.axis == axis && b.outer_is_above == above && !is_inner_plane(model, b);
+           });
+}
+
+/// The free surface of a box: functions that are negative inside, but for its faces on walls of the grid.
+template <int D>
+std::vector<LevelSet<D>> free_surface(const BodyInput& b, const Model<D>& model)
+{
+    std::vector<LevelSet<D>> r;
+    for (int a = 0; a < D; ++a) {
+        if (!is_closed(model, a, false, b.lower[a])) r.push_back([a, at = b.lower[a]](const Vec<D>& X) { return at - X[a]; });
+        if (!is_closed(model, a, true, b.upper[a])) r.push_back([a, at = b.upper[a]](const Vec<D>& X) { return X[a] - at; });
+    }
+    return r;
+}
+
+/// Projection spline-fit takes bodies that fill a grid between walls, or one box, which may end inside it.
+template <int D>
+void set_up_splines(const CaseInput& in, Model<D>& model, int particles)
 {
     const std::string key = in.method.has("projection") ? "projection" : "preset";
-    double cells          = 1;
+    for (const BodyInput& body : in.bodies)
+        if (body.shape == "ball" || body.shape == "ring" || body.shape == "cylinder")
+            in.method.fail(
+                key, fmt::format("fits splines to particles, which takes no {} yet: on fine meshes waves grow at curved free "
+                                 "surfaces; take a box, or another method",
+                                 body.shape));
+    if (in.bodies.size() == 1 && in.bodies[0].shape == "box") model.surface = free_surface(in.bodies[0], model);
+    double cells = 1;
     for (int a = 0; a < D; ++a) cells *= model.cells[a];
-    if (cells > particles)
+    if (model.surface.empty() && cells > particles)
         in.method.fail(
             key, fmt::format("fits splines on {} cells to {} particles, and wants two or more a cell along each axis: let the "
-                             "body fill the grid, or the grid end where it does",
+                             "bodies fill the grid, or take one that is a box",
                              cells, particles));
     try {
         require_spline_model(model);
@@ -484,7 +513,7 @@ void require_stable(const CaseInput& in, const Model<D>& model, const Particles<
         in.time.fail("dt",
                      fmt::format("{} s is above the limit {:.4g} s = {:.3g} h/(c + |v|) of the method, the P-wave speed and "
                                  "the particle speed; use a smaller step, or cfl = 0.4",
-                                 *in.time.dt, limit, stable_courant_number(model.method, D)));
+                                 *in.time.dt, limit, stable_courant_number(model.method, D, !model.surface.empty())));
     const double steps = in.time.end / (in.time.dt ? *in.time.dt : automatic_time_step(model, particles, *in.time.cfl));
     if (!(steps <= 1e12))
         in.time.fail("end", fmt::format("takes about {:.1g} steps of the time step; use a larger step or a shorter time", steps));
@@ -559,7 +588,7 @@ Built<D> build(const CaseInput& in, double most_particles)
         if (!in.tractions.empty()) set_up_tractions(in, static_cast<int>(k), meshes[k], first[k], model, p);
     }
     if (has_enrichment(model.method)) set_up_enrichment(in, model, p);
-    if (is_spline_fit(model.method)) require_splines(in, model, p.count);
+    if (is_spline_fit(model.method)) set_up_splines(in, model, p.count);
     require_stable(in, model, p);
     return {std::move(model), std::move(p)};
 }

@@ -11,23 +11,24 @@ namespace ordo {
 
 /// The highest frequency of splines that are fitted to particles, in c/h: of 16 cells between walls, where the functions at the
 /// walls are the fastest, the largest over degrees of the stress. Between periodic faces it is 3.15 or less. Of the
-/// velocity's splines without knots next to the walls, and with.
-inline double highest_frequency(const MethodSpec& s)
+/// velocity's splines without knots next to the walls, and with; and of a bar with a free end, the largest over where it cuts its cell.
+inline double highest_frequency(const MethodSpec& s, bool has_surface)
 {
-    static constexpr double all[] = {3.11, 3.17, 3.82, 4.96, 6.28}, removed[] = {3.08, 3.07, 3.05, 3.28, 4.04};
-    const int k = degree_of(s.basis) - 1;
-    return s.removed_knots > 0 ? removed[k] : all[k];
+    static constexpr double all[] = {3.11, 3.17, 3.82, 4.96, 6.28}, removed[] = {3.08, 3.07, 3.05, 3.28, 4.04},
+                            cut[] = {6.24, 4.45, 5.41, 7.49, 9.77};
+    const int k                   = degree_of(s.basis) - 1;
+    return has_surface ? cut[k] : s.removed_knots > 0 ? removed[k] : all[k];
 }
 
 /// The Courant number at which the fastest wave of the grid becomes unstable, over that of hats with lumped mass in full
 /// cells, 1. With the consistent mass 2/sqrt(largest eigenvalue of M^-1 K) in units of h/c, the end functions of splines
 /// being the fastest (computed for 40 cells, both ends free); waves along several axes then add. A scale of `cfl`, which
 /// knows nothing of particles.
-inline double courant_scale(const MethodSpec& s, int dim)
+inline double courant_scale(const MethodSpec& s, int dim, bool has_surface = false)
 {
     if (is_spline_fit(s)) {
         const double reach = s.scheme == Scheme::rk3 ? 1.732 : 2.828;  // of the scheme along the imaginary axis
-        return reach / (highest_frequency(s) * std::sqrt(dim));
+        return reach / (highest_frequency(s, has_surface) * std::sqrt(dim));
     }
     const bool lumped    = s.mass == MassMatrix::lumped;
     const double several = lumped ? 1.0 : 1.0 / std::sqrt(dim);
@@ -44,9 +45,9 @@ inline double courant_scale(const MethodSpec& s, int dim)
 
 /// The Courant number at which the step itself becomes unstable: the least over uniform lattices of 1 to 4 particles per
 /// cell and axis, wherever they lie in the cell. Not above courant_scale: that has the ends of splines, which lattices do not.
-inline double stable_courant_number(const MethodSpec& s, int dim)
+inline double stable_courant_number(const MethodSpec& s, int dim, bool has_surface = false)
 {
-    if (is_spline_fit(s)) return courant_scale(s, dim);
+    if (is_spline_fit(s)) return courant_scale(s, dim, has_surface);
     const bool is_point_spline = s.basis == Basis::bspline2 && s.domain == Domain::point;
     double limit               = 1.0;
     if (s.mass == MassMatrix::consistent && s.basis == Basis::hat)

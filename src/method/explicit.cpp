@@ -512,19 +512,20 @@ double crossing_time(const Model<D>& model, const Particles<D>& particles)
 template <int D>
 double courant_time_step(const Model<D>& model, const Particles<D>& particles)
 {
-    return courant_scale(model.method, D) * crossing_time(model, particles);
+    return courant_scale(model.method, D, !model.surface.empty()) * crossing_time(model, particles);
 }
 
 template <int D>
 double stable_time_step(const Model<D>& model, const Particles<D>& particles)
 {
-    return stable_courant_number(model.method, D) * crossing_time(model, particles);
+    return stable_courant_number(model.method, D, !model.surface.empty()) * crossing_time(model, particles);
 }
 
 template <int D>
 double automatic_time_step(const Model<D>& model, const Particles<D>& particles, double cfl)
 {
-    const double courant = std::min(cfl * courant_scale(model.method, D), stable_courant_number(model.method, D));
+    const double limit   = stable_courant_number(model.method, D, !model.surface.empty());
+    const double courant = std::min(cfl * courant_scale(model.method, D, !model.surface.empty()), limit);
     return courant * crossing_time(model, particles);
 }
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -46,11 +47,12 @@ void for_each_gauss_point(const SplineAxis& axis, int points, F&& f)
     });
 }
 
-GaussRows gauss_rows(const SplineAxis& axis, int points)
+/// Values of an axis' functions at Gauss points, or their slopes where cells have a length.
+GaussRows gauss_rows(const SplineAxis& axis, int points, double h = 0.0)
 {
     GaussRows rows{.points = points, .width = axis.degree + 1, .at = {}};
-    for_each_gauss_point(axis, points, [&](int, double, double, int, const double* w, const double*) {
-        rows.at.insert(rows.at.end(), w, w + axis.degree + 1);
+    for_each_gauss_point(axis, points, [&](int, double, double, int, const double* w, const double* dw) {
+        for (int j = 0; j <= axis.degree; ++j) rows.at.push_back(h > 0 ? dw[j] / h : w[j]);
     });
     return rows;
 }
@@ -198,8 +200,9 @@ void require_spline_model(const Model<D>& model)
         if (m.density != model.materials[0].density || m.model != model.materials[0].model ||
             m.lambda != model.materials[0].lambda || m.mu != model.materials[0].mu)
             throw InputError(only + "takes bodies of one material: splines do not follow a jump of density or stress; use cpdi2");
-    if (!model.tractions.empty())
-        throw InputError(only + "takes no [[traction]]: bodies fill the grid and end at its walls; use cpdi2");
+    if (!model.tractions.empty()) throw InputError(only + "takes no [[traction]]: use cpdi2");
+    if (!model.surface.empty() && model.method.basis == Basis::hat)
+        throw InputError(only + "takes bodies with free surfaces with basis bspline2 to bspline5: with hats waves grow there");
     std::array<std::array<bool, 2>, D> is_walled{};
     for (const Boundary<D>& b : model.boundaries) {
         if (b.type == BoundaryType::velocity)
@@ -210,7 +213,7 @@ void require_spline_model(const Model<D>& model)
     }
     for (int a = 0; a < D; ++a)
         for (const int side : {0, 1})
-            if (!model.periodic[a] && !is_walled[a][side])
+            if (!model.periodic[a] && !is_walled[a][side] && model.surface.empty())
                 throw InputError(
                     fmt::format("{}wants a wall on every face of the grid, for the body fills it: put a [[boundary]] "
                                 "of type \"symmetry\" or \"fixed\" on {}-{}",
@@ -225,11 +228,14 @@ struct SplineScheme<D>::System {
     const Factors& factors;
     bool is_exact;                                               ///< the factors are those of the matrix itself: one axis
     const Lanes Held::*free;                                     ///< null without walls
+    const GhostPenalty<D>* ghost;                                ///< of bodies with free surfaces, else null
+    Lanes ghost_weight;                                          ///< of the penalty
+    const CutFactor<D>* factor;                                  ///< of bodies with free surfaces
     std::function<void(const Lanes* from, Lanes* to)> multiply;  ///< added to `to`, without regard to walls
 };
 
 template <int D>
-SplineScheme<D>::SplineScheme(const Model<D>& model) : cells_(model.cells)
+SplineScheme<D>::SplineScheme(const Model<D>& model) : cells_(model.cells), is_cut_(!model.surface.empty())
 {
     require_spline_model(model);
     const MethodSpec& method = model.method;
@@ -245,7 +251,9 @@ SplineScheme<D>::SplineScheme(const Model<D>& model) : cells_(model.cells)
 
     for (int a = 0; a < D; ++a) {
         const SplineAxis &v = v_space_.axis[a], &s = s_space_.axis[a];
-        gauss_[a]  = gauss_rows(v, points_);
+        gauss_[a]        = gauss_rows(v, points_);
+        gauss_slopes_[a] = gauss_rows(v, points_, model.h[a]);
+        s_gauss_[a]      = gauss_rows(s, points_);
         values_[a] = slopes_[a] = AxisMatrix(s.count(), v.count());
         for_each_gauss_point(v, points_, [&](int cell, double at, double weight, int span, const double* w, const double* dw) {
             with_degree(s.degree, [&]<int P>() {
@@ -272,6 +280,13 @@ SplineScheme<D>::SplineScheme(const Model<D>& model) : cells_(model.cells)
         });
         s_factors_[a] = unit_mass(s, kFree);
     }
+
+    const auto rule = gauss_rule(points_);
+    IndexBox<D>{{}, Index<D>::filled(points_)}.for_each([&](const Index<D>& k) {
+        double weight = cell_volume_;
+        for (int a = 0; a < D; ++a) weight *= rule[k[a]].weight;
+        gauss_weights_.push_back(weight);
+    });
 
     // Cells a degree and a removed knot apart share no function.
     const int apart = std::max(degree + v_space_.axis[0].removed, stress_degree + s_space_.axis[0].removed) + 1;
@@ -324,6 +339,12 @@ void SplineScheme<D>::hold_walls(const Model<D>& model)
 }
 
 template <int D>
+Cover SplineScheme<D>::cover_in(const State<D>& s, int cell)
+{
+    return s.spline.body.cover[cell];
+}
+
+template <int D>
 int SplineScheme<D>::number_of(const Index<D>& cell) const
 {
     int r = 0;
@@ -331,11 +352,15 @@ int SplineScheme<D>::number_of(const Index<D>& cell) const
     return r;
 }
 
+/// Rows of a cell's functions at its Gauss points.
 template <int D>
-Vec<D, const double*> SplineScheme<D>::gauss_rows_of(const Index<D>& cell) const
+Vec<D, const double*> SplineScheme<D>::tables(const SplineSpace<D>& space, int slope_axis, const Index<D>& cell) const
 {
     Vec<D, const double*> r{};
-    for (int a = 0; a < D; ++a) r[a] = gauss_[a].of_cell(cell[a]);
+    for (int a = 0; a < D; ++a) {
+        const GaussRows& rows = &space == &s_space_ ? s_gauss_[a] : a == slope_axis ? gauss_slopes_[a] : gauss_[a];
+        r[a]                  = rows.of_cell(cell[a]);
+    }
     return r;
 }
 
@@ -408,6 +433,46 @@ ORDO_FLAT inline void spread_cell(const SplineSpace<D>& space, const SplineWork<
     cell.add_to(to);
 }
 
+/// What the points of a cell add to a matrix: sum of weights times N_i N_j.
+template <int D, int P>
+class CellBlock {
+  public:
+    /// `rows` has the values of an axis' functions.
+    void add(const Vec<D, const double*>& rows, double weight)
+    {
+        double values[count];
+        for (int i = 0; i < count; ++i) {
+            values[i] = 1.0;
+            for (int a = 0, rest = i; a < D; ++a, rest /= P + 1) values[i] *= rows[a][rest % (P + 1)];
+        }
+        for (int i = 0; i < count; ++i) {
+            const double of = weight * values[i];
+            for (int j = 0; j < count; ++j) block_[i * count + j] += of * values[j];
+        }
+    }
+    void add_to(const SplineSpace<D>& space, const Index<D>& cell, CutFactor<D>& factor) const
+    {
+        Index<D> first{};
+        for (int a = 0; a < D; ++a) first[a] = space.axis[a].span_of(cell[a]);
+        factor.add(first, Index<D>::filled(P + 1), block_.data());
+    }
+
+  private:
+    static constexpr int count = power_of(P + 1, D);
+    std::vector<double> block_ = std::vector<double>(count * count, 0.0);
+};
+
+/// Adds a penalty and factors.
+template <int D>
+void finish(const GhostPenalty<D>& ghost, double weight, CutFactor<D>& factor)
+{
+    ghost.for_each_block([&](const Index<D>& first, const Index<D>& size, std::vector<double>& block) {
+        for (double& of : block) of *= weight;
+        factor.add(first, size, block.data());
+    });
+    factor.factor();
+}
+
 /// use(i, sum of weights times `from`) for the particles of a cell.
 template <int D, int P, class Use>
 ORDO_FLAT inline void collect_cell(const SplineSpace<D>& space, const SplineWork<D>& work, const SampleRows& rows,
@@ -444,6 +509,14 @@ void clear(Array<Lanes>& array, std::size_t n)
 
 }  // namespace
 
+/// Components that walls hold are no unknowns.
+template <int D>
+void SplineScheme<D>::hold(const System& system, Lanes* records) const
+{
+    if (system.free)
+        for (const Held& h : held_) records[h.function] *= h.*system.free;
+}
+
 /// z = P^-1 r. The matrix is nearly S^1/2 M S^1/2, M that of unit density, which is a product of axes, and S what rows sum to
 /// over what they sum to there.
 template <int D>
@@ -452,6 +525,11 @@ void SplineScheme<D>::precondition(State<D>& s, const System& system) const
     SplineWork<D>& work   = s.spline;
     const Index<D> counts = system.space.counts();
     const auto n          = static_cast<std::ptrdiff_t>(system.space.count());
+    if (system.ghost) {
+        system.factor->solve(work.r.data(), work.z.data());
+        hold(system, work.z.data());
+        return;
+    }
     parallel_for_each(n, [&](std::ptrdiff_t i) { work.z[i] = system.is_exact ? work.r[i] : work.r[i] * work.scale[i]; });
     for (int a = 0; a < D; ++a)
         for_each_line<D>(counts, a, [&](std::ptrdiff_t first, std::ptrdiff_t stride) {
@@ -465,19 +543,16 @@ template <int D>
 void SplineScheme<D>::solve(const Model<D>& model, State<D>& s, const System& system, Lanes* x, Lanes* b) const
 {
     constexpr double tolerance  = 1e-13;
-    constexpr int most          = 200;
+    const int most              = system.ghost ? 3000 : 200;
     SplineWork<D>& work         = s.spline;
     const std::size_t functions = system.space.count();
     const auto n                = static_cast<std::ptrdiff_t>(functions);
     for (Array<Lanes>* array : {&work.r, &work.z, &work.p, &work.q, &work.scale}) keep_room(*array, functions);
-    auto hold = [&](Lanes* records) {
-        if (system.free)
-            for (const Held& h : held_) records[h.function] *= h.*system.free;
-    };
     auto product = [&](const Lanes* from) {
         clear(work.q, functions);
         system.multiply(from, work.q.data());
-        hold(work.q.data());
+        if (system.ghost) system.ghost->multiply(system.ghost_weight, from, work.q.data());
+        hold(system, work.q.data());
     };
     auto dot = [&](const Lanes* one, const Lanes* other) {
         return parallel_reduce(
@@ -487,14 +562,16 @@ void SplineScheme<D>::solve(const Model<D>& model, State<D>& s, const System& sy
         return parallel_reduce(
             n, Lanes(0.0), [&](std::ptrdiff_t i) { return quotient(of[i] * of[i], work.sums[i]); }, add);
     };
-    if (!system.is_exact)
+    if (system.ghost)  // where no particle is, residuals count by the penalty
+        parallel_for_each(n, [&](std::ptrdiff_t i) { work.sums[i] = larger(work.sums[i], system.ghost_weight); });
+    else if (!system.is_exact)
         parallel_for_each(n, [&](std::ptrdiff_t i) {
             const double whole = cell_volume_ * system.space.integral(i);
             work.scale[i]      = square_root(quotient(Lanes(1.0), work.sums[i] * (1 / whole))) * (1 / std::sqrt(cell_volume_));
         });
 
-    hold(b);
-    hold(x);
+    hold(system, b);
+    hold(system, x);
     product(x);
     parallel_for_each(n, [&](std::ptrdiff_t i) { work.r[i] = b[i] - work.q[i]; });
     const Lanes whole = larger(size(b), size(work.r.data()));  // where b is zero, x need not be
@@ -533,7 +610,7 @@ void SplineScheme<D>::solve(const Model<D>& model, State<D>& s, const System& sy
 /// Functions whose particles fill their integral to less than a part, or that others determine already, are none that a fit could
 /// find.
 template <int D>
-void SplineScheme<D>::require_enough(const Model<D>& model, const State<D>& s, const System& system, const Lanes& unit,
+void SplineScheme<D>::require_enough(const Model<D>& model, State<D>& s, const System& system, const Lanes& unit,
                                      int singular) const
 {
     constexpr double least = 0.02;
@@ -544,9 +621,32 @@ void SplineScheme<D>::require_enough(const Model<D>& model, const State<D>& s, c
                                                     system.space.axis[0].degree));
     };
     if (singular >= 0) refuse(singular);
-    for (std::size_t i = 0; i < system.space.count(); ++i)
-        if (!(largest(s.spline.sums[i] * unit) >= least * cell_volume_ * system.space.integral(i))) refuse(i);
-    if (static_cast<std::size_t>(s.particles.count) < system.space.count()) refuse(system.space.count() / 2);
+    if (system.ghost) {
+        clear(s.spline.q, system.space.count());
+        fill_weights(s);
+        integrate_at_points(
+            s, system.space, -1, [](const Lanes& weight) { return weight; }, s.spline.q.data());
+    }
+    for (std::size_t i = 0; i < system.space.count(); ++i) {
+        const double whole = cell_volume_ * system.space.integral(i);
+        if (system.ghost && s.spline.q[i][0] < 0.5 * whole) continue;
+        if (!(largest(s.spline.sums[i] * unit) >= least * whole)) refuse(i);
+    }
+    if (!system.ghost && static_cast<std::size_t>(s.particles.count) < system.space.count()) refuse(system.space.count() / 2);
+}
+
+/// The sum of weights over the sum of volumes.
+template <int D>
+template <class Weight>
+Lanes SplineScheme<D>::mean_weight(const State<D>& s, const Weight& weight)
+{
+    Lanes sum(0.0);
+    double volume = 0.0;
+    for (int i = 0; i < s.particles.count; ++i) {
+        sum += weight(i);
+        volume += s.particles.V[i];
+    }
+    return sum * (1 / volume);
 }
 
 /// Fits x to values of particles, value(i) and weight(i) lane by lane; `volume` says in which lanes the weight is the volume.
@@ -567,9 +667,27 @@ void SplineScheme<D>::fit(const Model<D>& model, State<D>& s, const FitTask& tas
                 task.space, work, task.rows, cell, number, [&](int i) { return value(i) * weight(i); }, work.b.data());
             spread_cell<D, P>(task.space, work, task.rows, cell, number, weight, work.sums.data());
         });
+        const Lanes ghost_weight = task.ghost ? mean_weight(s, weight) * (kGhostOfFits * cell_volume_) : Lanes(0.0);
+        std::optional<CutFactor<D>> factor;
+        if (task.ghost) {
+            factor.emplace(task.space);
+            for_each_cell([&](const Index<D>& cell) {
+                const int number = number_of(cell);
+                CellBlock<D, P> block;
+                for (int k = work.first[number]; k < work.first[number + 1]; ++k) {
+                    Vec<D, const double*> rows{};
+                    for (int a = 0; a < D; ++a)
+                        rows[a] = task.rows.weights.data() + static_cast<std::ptrdiff_t>(k) * task.rows.width + a * (P + 1);
+                    block.add(rows, s.particles.V[work.order[k]]);
+                }
+                block.add_to(task.space, cell, *factor);
+            });
+            finish(*task.ghost, kGhostOfFits * cell_volume_, *factor);
+        }
         Factors exact;
-        int singular = -1;
-        if constexpr (D == 1) {
+        int singular        = -1;
+        const bool is_exact = D == 1 && !task.ghost;
+        if (is_exact) {
             const SplineAxis& axis = task.space.axis[0];
             AxisMass mass(axis, task.free ? velocity_free_[0] : kFree);
             for (int cell = 0; cell < axis.cells; ++cell)
@@ -581,17 +699,47 @@ void SplineScheme<D>::fit(const Model<D>& model, State<D>& s, const FitTask& tas
         const System system{task.solve,
                             task.what,
                             task.space,
-                            D == 1 ? exact : task.factors,
-                            D == 1,
+                            is_exact ? exact : task.factors,
+                            is_exact,
                             task.free,
+                            task.ghost,
+                            ghost_weight,
+                            factor ? &*factor : nullptr,
                             [&](const Lanes* from, Lanes* to) {
                                 for_each_cell([&](const Index<D>& cell) {
                                     multiply_cell<D, P>(task.space, work, task.rows, cell, number_of(cell), weight, from, to);
                                 });
                             }};
-        require_enough(model, s, system, task.volume, singular);
+        if (!task.ghost || task.is_known) require_enough(model, s, system, task.volume, singular);
         solve(model, s, system, x.data(), work.b.data());
     });
+}
+
+/// Where the body is: splines that are fitted to what the functions of its surface are at the particles' initial positions.
+template <int D>
+void SplineScheme<D>::find_body(const Model<D>& model, State<D>& s) const
+{
+    SplineWork<D>& work            = s.spline;
+    const ParticleView<D> p        = s.particles.view();
+    const std::vector<Cover> rough = cover_by_particles(model, s.particles, work.order, work.first);
+    work.body.v                    = GhostPenalty<D>(v_space_, cells_, rough);
+    const FitTask task{SplineWork<D>::kVelocity,
+                       "the fit of the surface",
+                       v_space_,
+                       work.v_rows,
+                       v_factors_,
+                       nullptr,
+                       Lanes(1.0),
+                       &work.body.v,
+                       false};
+    auto value = [&](int i) {
+        Lanes r(0.0);
+        for (std::size_t k = 0; k < model.surface.size(); ++k) r[static_cast<int>(k)] = model.surface[k](p.X[i]);
+        return r;
+    };
+    fit(
+        model, s, task, value, [&](int i) { return Lanes(p.V[i]); }, work.surface);
+    ordo::find_body(model, v_space_, s_space_, work.surface.data(), rough, points_, work.body);
 }
 
 template <int D>
@@ -599,8 +747,15 @@ void SplineScheme<D>::fit_velocity(const Model<D>& model, State<D>& s) const
 {
     const ParticleView<D> p = s.particles.view();
     const Lanes of_mass = make_lanes(1, 1, 1, 0, 0, 0, 0, 0), of_volume = 1.0 - of_mass;
-    const FitTask task{
-        SplineWork<D>::kVelocity, "the fit of velocities", v_space_, s.spline.v_rows, v_factors_, &Held::velocity, of_volume};
+    const FitTask task{SplineWork<D>::kVelocity,
+                       "the fit of velocities",
+                       v_space_,
+                       s.spline.v_rows,
+                       v_factors_,
+                       &Held::velocity,
+                       of_volume,
+                       is_cut_ ? &s.spline.body.v : nullptr,
+                       true};
     auto value = [&](int i) {
         Lanes r(0.0);
         for (int a = 0; a < D; ++a) {
@@ -618,7 +773,15 @@ template <int D>
 void SplineScheme<D>::fit_stress(const Model<D>& model, State<D>& s) const
 {
     const ParticleView<D> p = s.particles.view();
-    const FitTask task{SplineWork<D>::kStress, "the fit of stresses", s_space_, s.spline.s_rows, s_factors_, nullptr, Lanes(1.0)};
+    const FitTask task{SplineWork<D>::kStress,
+                       "the fit of stresses",
+                       s_space_,
+                       s.spline.s_rows,
+                       s_factors_,
+                       nullptr,
+                       Lanes(1.0),
+                       is_cut_ ? &s.spline.body.s : nullptr,
+                       true};
     fit(
         model, s, task, [&](int i) { return stress_lanes(p.sigma[i]); }, [&](int i) { return Lanes(p.V[i]); }, s.spline.s);
 }
@@ -631,22 +794,31 @@ void SplineScheme<D>::find_density(const Model<D>& model, State<D>& s) const
     const int per_cell = power_of(points_, D), cell_count = number_of(cells_ - Index<D>::filled(1)) + 1;
     const auto none = std::numeric_limits<int>::max();
     keep_room(work.density, static_cast<std::size_t>(cell_count) * per_cell);
-    const auto rule = gauss_rule(points_);
+    keep_room(work.cut_density, static_cast<std::size_t>(work.body.points.count()));
     std::vector<unsigned char> is_negative(cell_count, 0);
     with_degree(v_space_.axis[0].degree, [&]<int P>() {
         for_each_cell([&](const Index<D>& at) {
+            const int number  = number_of(at);
+            const Cover cover = cover_of(s, number);
+            if (cover == Cover::none) return;
             SplineCell<D, P> cell(v_space_, at);
             cell.load(work.v.data());
-            CellQuadrature<D, P> q(gauss_rows_of(at), points_);
-            q.evaluate(cell);
-            const int number = number_of(at);
-            for (int g = 0; g < per_cell; ++g) {
-                double weight = cell_volume_;
-                for (int a = 0, rest = g; a < D; ++a, rest /= points_) weight *= rule[rest % points_].weight;
-                const double density                                             = q.values[g][SplineLane::density];
-                work.density[static_cast<std::ptrdiff_t>(number) * per_cell + g] = weight * density;
+            auto note = [&](double density) {
                 if (!(density > 0)) is_negative[number] = 1;
+                return density;
+            };
+            if (cover == Cover::part) {
+                const CutPoints& points = work.body.points;
+                for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k)
+                    work.cut_density[k] =
+                        points.weights[k] * note(cell.collect(points.v_values.data() + k * points.v_width)[SplineLane::density]);
+                return;
             }
+            CellQuadrature<D, P> q(tables(v_space_, -1, at), points_);
+            q.evaluate(cell);
+            for (int g = 0; g < per_cell; ++g)
+                work.density[static_cast<std::ptrdiff_t>(number) * per_cell + g] =
+                    gauss_weights_[g] * note(q.values[g][SplineLane::density]);
         });
     });
     int bad = none;
@@ -671,16 +843,230 @@ void SplineScheme<D>::multiply_mass(const State<D>& s, const Lanes* from, Lanes*
     const int per_cell = power_of(points_, D);
     with_degree(v_space_.axis[0].degree, [&]<int P>() {
         for_each_cell([&](const Index<D>& at) {
+            const int number  = number_of(at);
+            const Cover cover = cover_of(s, number);
+            if (cover == Cover::none) return;
             SplineCell<D, P> cell(v_space_, at);
             cell.load(from);
-            CellQuadrature<D, P> q(gauss_rows_of(at), points_);
+            if (cover == Cover::part) {
+                const CutPoints& points = s.spline.body.points;
+                SplineCell<D, P> out(v_space_, at);
+                out.clear();
+                for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k) {
+                    const double* w = points.v_values.data() + k * points.v_width;
+                    out.spread(w, cell.collect(w) * s.spline.cut_density[k]);
+                }
+                out.add_to(to);
+                return;
+            }
+            CellQuadrature<D, P> q(tables(v_space_, -1, at), points_);
             q.evaluate(cell);
-            const double* density = s.spline.density.data() + static_cast<std::ptrdiff_t>(number_of(at)) * per_cell;
+            const double* density = s.spline.density.data() + static_cast<std::ptrdiff_t>(number) * per_cell;
             for (int g = 0; g < per_cell; ++g) q.values[g] = q.values[g] * density[g];
             q.integrate(cell);
             cell.add_to(to);
         });
     });
+}
+
+/// Row of a cut point for a space, with slopes along one axis where it is not -1.
+namespace {
+
+template <int D, int P>
+void cut_row(const CutPoints& points, std::ptrdiff_t k, const std::vector<double>& values, int slope_axis,
+             double (&w)[D * (P + 1)])
+{
+    constexpr int width = D * (P + 1);
+    std::copy_n(values.data() + k * width, width, w);
+    if (slope_axis >= 0) std::copy_n(points.v_slopes.data() + k * width + slope_axis * (P + 1), P + 1, w + slope_axis * (P + 1));
+}
+
+}  // namespace
+
+template <int D>
+void SplineScheme<D>::fill_weights(State<D>& s) const
+{
+    const auto per_cell = static_cast<std::ptrdiff_t>(gauss_weights_.size()), cells = std::ssize(s.spline.body.cover);
+    const CutPoints& points = s.spline.body.points;
+    keep_room(s.spline.at_points, cells * per_cell + points.count());
+    parallel_for_each(cells * per_cell, [&](std::ptrdiff_t k) { s.spline.at_points[k] = Lanes(gauss_weights_[k % per_cell]); });
+    for (std::ptrdiff_t k = 0; k < points.count(); ++k) s.spline.at_points[cells * per_cell + k] = Lanes(points.weights[k]);
+}
+
+template <int D>
+void SplineScheme<D>::evaluate_at_points(State<D>& s, const SplineSpace<D>& space, int slope_axis, const Lanes* from) const
+{
+    fill_weights(s);
+    const CutPoints& points = s.spline.body.points;
+    const auto per_cell = static_cast<std::ptrdiff_t>(gauss_weights_.size()), cells = std::ssize(s.spline.body.cover);
+    const std::vector<double>& values = &space == &s_space_ ? points.s_values : points.v_values;
+    with_degree(space.axis[0].degree, [&]<int P>() {
+        for_each_cell([&](const Index<D>& at) {
+            const int number = number_of(at);
+            if (cover_of(s, number) == Cover::none) return;
+            SplineCell<D, P> cell(space, at);
+            cell.load(from);
+            if (cover_of(s, number) == Cover::all) {
+                CellQuadrature<D, P> q(tables(space, slope_axis, at), points_);
+                q.evaluate(cell);
+                Lanes* to = s.spline.at_points.data() + number * per_cell;
+                for (std::ptrdiff_t g = 0; g < per_cell; ++g) to[g] *= q.values[g];
+                return;
+            }
+            for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k) {
+                double w[D * (P + 1)];
+                cut_row<D, P>(points, k, values, slope_axis, w);
+                s.spline.at_points[cells * per_cell + k] *= cell.collect(w);
+            }
+        });
+    });
+}
+
+/// The same with masses.
+template <int D>
+void SplineScheme<D>::fill_masses(State<D>& s) const
+{
+    SplineWork<D>& work = s.spline;
+    const auto whole    = std::ssize(work.body.cover) * static_cast<std::ptrdiff_t>(gauss_weights_.size());
+    keep_room(work.at_points, whole + work.body.points.count());
+    parallel_for_each(whole, [&](std::ptrdiff_t k) { work.at_points[k] = Lanes(work.density[k]); });
+    for (std::ptrdiff_t k = 0; k < work.body.points.count(); ++k) work.at_points[whole + k] = Lanes(work.cut_density[k]);
+}
+
+/// Of the matrix with work.at_points for weights, and a penalty.
+template <int D>
+CutFactor<D> SplineScheme<D>::factor_at_points(const State<D>& s, const SplineSpace<D>& space, const GhostPenalty<D>& ghost,
+                                               double ghost_weight) const
+{
+    CutFactor<D> factor(space);
+    const CutPoints& points = s.spline.body.points;
+    const auto per_cell = static_cast<std::ptrdiff_t>(gauss_weights_.size()), cells = std::ssize(s.spline.body.cover);
+    const std::vector<double>& values = &space == &s_space_ ? points.s_values : points.v_values;
+    with_degree(space.axis[0].degree, [&]<int P>() {
+        for_each_cell([&](const Index<D>& at) {
+            const int number = number_of(at);
+            if (cover_of(s, number) == Cover::none) return;
+            CellBlock<D, P> block;
+            if (cover_of(s, number) == Cover::all) {
+                const Vec<D, const double*> table = tables(space, -1, at);
+                std::ptrdiff_t g                  = number * per_cell;
+                IndexBox<D>{{}, Index<D>::filled(points_)}.for_each([&](const Index<D>& k) {
+                    Vec<D, const double*> rows{};
+                    for (int a = 0; a < D; ++a) rows[a] = table[a] + k[a] * (P + 1);
+                    block.add(rows, s.spline.at_points[g++][0]);
+                });
+            }
+            for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k) {
+                Vec<D, const double*> rows{};
+                for (int a = 0; a < D; ++a) rows[a] = values.data() + (k * D + a) * (P + 1);
+                block.add(rows, s.spline.at_points[cells * per_cell + k][0]);
+            }
+            block.add_to(space, at, factor);
+        });
+    });
+    finish(ghost, ghost_weight, factor);
+    return factor;
+}
+
+template <int D>
+template <class Value>
+void SplineScheme<D>::integrate_at_points(State<D>& s, const SplineSpace<D>& space, int slope_axis, const Value& value,
+                                          Lanes* to) const
+{
+    const CutPoints& points = s.spline.body.points;
+    const auto per_cell = static_cast<std::ptrdiff_t>(gauss_weights_.size()), cells = std::ssize(s.spline.body.cover);
+    const std::vector<double>& values = &space == &s_space_ ? points.s_values : points.v_values;
+    with_degree(space.axis[0].degree, [&]<int P>() {
+        for_each_cell([&](const Index<D>& at) {
+            const int number = number_of(at);
+            if (cover_of(s, number) == Cover::none) return;
+            SplineCell<D, P> cell(space, at);
+            cell.clear();
+            if (cover_of(s, number) == Cover::all) {
+                CellQuadrature<D, P> q(tables(space, slope_axis, at), points_);
+                const Lanes* from = s.spline.at_points.data() + number * per_cell;
+                for (std::ptrdiff_t g = 0; g < per_cell; ++g) q.values[g] = value(from[g]);
+                q.integrate(cell);
+            }
+            for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k) {
+                double w[D * (P + 1)];
+                cut_row<D, P>(points, k, values, slope_axis, w);
+                cell.spread(w, value(s.spline.at_points[cells * per_cell + k]));
+            }
+            cell.add_to(to);
+        });
+    });
+}
+
+template <int D>
+void SplineScheme<D>::subtract_force(State<D>& s) const
+{
+    evaluate_at_points(s, s_space_, -1, s.spline.s.data());
+    for (int b = 0; b < D; ++b)
+        integrate_at_points(
+            s, v_space_, b,
+            [b](const Lanes& sigma) {
+                Lanes r(0.0);
+                for (int a = 0; a < D; ++a) r[SplineLane::acceleration + a] = -sigma[stress_lane<D>(a, b)];
+                return r;
+            },
+            s.spline.b.data());
+}
+
+template <int D>
+void SplineScheme<D>::project_gradient_of_body(const Model<D>& model, State<D>& s) const
+{
+    SplineWork<D>& work         = s.spline;
+    const std::size_t functions = s_space_.count();
+    auto same                   = [](const Lanes& value) { return value; };
+    fill_weights(s);
+    const CutFactor<D> factor = factor_at_points(s, s_space_, work.body.s, kGhostOfMasses * cell_volume_);
+    const System system{SplineWork<D>::kGradient,
+                        "the projection of the velocity gradient",
+                        s_space_,
+                        s_factors_,
+                        false,
+                        nullptr,
+                        &work.body.s,
+                        Lanes(kGhostOfMasses * cell_volume_),
+                        &factor,
+                        [&](const Lanes* from, Lanes* to) {
+                            evaluate_at_points(s, s_space_, -1, from);
+                            integrate_at_points(s, s_space_, -1, same, to);
+                        }};
+    for (int b = 0; b < D; ++b) {
+        if (!work.is_near) clear(work.L[b], functions);
+        clear(work.sums, functions);
+        fill_weights(s);
+        integrate_at_points(s, s_space_, -1, same, work.sums.data());
+        clear(work.b, functions);
+        evaluate_at_points(s, v_space_, b, work.v.data());
+        integrate_at_points(s, s_space_, -1, same, work.b.data());
+        solve(model, s, system, work.L[b].data(), work.b.data());
+    }
+}
+
+/// The same where bodies fill the grid: axis by axis.
+template <int D>
+void SplineScheme<D>::subtract_force_of_full_grid(State<D>& s) const
+{
+    SplineWork<D>& work         = s.spline;
+    const std::size_t functions = v_space_.count();
+    const auto stresses         = static_cast<std::ptrdiff_t>(s_space_.count());
+    keep_room(work.column, static_cast<std::size_t>(stresses));
+    keep_room(work.force, functions);
+    for (int b = 0; b < D; ++b) {
+        parallel_for_each(stresses, [&](std::ptrdiff_t i) {
+            Lanes r(0.0);
+            for (int a = 0; a < D; ++a) r[SplineLane::acceleration + a] = work.s[i][stress_lane<D>(a, b)];
+            work.column[i] = r;
+        });
+        std::array<const AxisMatrix*, D> matrices{};
+        for (int a = 0; a < D; ++a) matrices[a] = a == b ? &slopes_back_[a] : &values_back_[a];
+        along_axes<D>(matrices, work.between, work.column.data(), work.force.data());
+        parallel_for_each(static_cast<std::ptrdiff_t>(functions),
+                          [&](std::ptrdiff_t i) { work.b[i] -= work.force[i] * cell_volume_; });
+    }
 }
 
 /// M a = M b - int s_h grad N_i.
@@ -698,22 +1084,16 @@ void SplineScheme<D>::solve_acceleration(const Model<D>& model, State<D>& s) con
     });
     clear(work.sums, functions);
     multiply_mass(s, work.part.data(), work.sums.data());  // M b, and the sums of rows
-    clear(work.b, functions);
-    const auto stresses = static_cast<std::ptrdiff_t>(s_space_.count());
-    keep_room(work.column, static_cast<std::size_t>(stresses));
-    keep_room(work.force, functions);
-    for (int b = 0; b < D; ++b) {
-        parallel_for_each(stresses, [&](std::ptrdiff_t i) {
-            Lanes r(0.0);
-            for (int a = 0; a < D; ++a) r[SplineLane::acceleration + a] = work.s[i][stress_lane<D>(a, b)];
-            work.column[i] = r;
-        });
-        std::array<const AxisMatrix*, D> matrices{};
-        for (int a = 0; a < D; ++a) matrices[a] = a == b ? &slopes_back_[a] : &values_back_[a];
-        along_axes<D>(matrices, work.between, work.column.data(), work.force.data());
-        parallel_for_each(static_cast<std::ptrdiff_t>(functions),
-                          [&](std::ptrdiff_t i) { work.b[i] -= work.force[i] * cell_volume_; });
+    Lanes ghost_weight(0.0);
+    if (is_cut_) {
+        ghost_weight = mean_weight(s, [&](int i) { return Lanes(s.particles.m[i]); }) * (kGhostOfMasses * cell_volume_);
+        work.body.v.multiply(ghost_weight, work.part.data(), work.sums.data());
     }
+    clear(work.b, functions);
+    if (is_cut_)
+        subtract_force(s);
+    else
+        subtract_force_of_full_grid(s);
     parallel_for_each(static_cast<std::ptrdiff_t>(functions), [&](std::ptrdiff_t i) {
         work.b[i] += work.sums[i] * only;
         work.sums[i] = Lanes(work.sums[i][SplineLane::density]);
@@ -721,7 +1101,13 @@ void SplineScheme<D>::solve_acceleration(const Model<D>& model, State<D>& s) con
     });
 
     Factors exact;
-    if constexpr (D == 1) {
+    const bool is_exact = D == 1 && !is_cut_;
+    std::optional<CutFactor<D>> factor;
+    if (is_cut_) {
+        fill_masses(s);
+        factor.emplace(factor_at_points(s, v_space_, work.body.v, ghost_weight[0]));
+    }
+    if (is_exact) {
         const SplineAxis& axis = v_space_.axis[0];
         AxisMass mass(axis, acceleration_free_[0]);
         for (int cell = 0; cell < axis.cells; ++cell)
@@ -733,17 +1119,21 @@ void SplineScheme<D>::solve_acceleration(const Model<D>& model, State<D>& s) con
     const System system{SplineWork<D>::kMass,
                         "the mass matrix of splines",
                         v_space_,
-                        D == 1 ? exact : a_factors_,
-                        D == 1,
+                        is_exact ? exact : a_factors_,
+                        is_exact,
                         &Held::acceleration,
+                        is_cut_ ? &work.body.v : nullptr,
+                        ghost_weight,
+                        factor ? &*factor : nullptr,
                         [&](const Lanes* from, Lanes* to) { multiply_mass(s, from, to); }};
     solve(model, s, system, work.a.data(), work.b.data());
 }
 
 /// L_h, column by column, int N^S (L_h - grad v_h) = 0.
 template <int D>
-void SplineScheme<D>::project_gradient(State<D>& s) const
+void SplineScheme<D>::project_gradient(const Model<D>& model, State<D>& s) const
 {
+    if (is_cut_) return project_gradient_of_body(model, s);
     SplineWork<D>& work   = s.spline;
     const Index<D> counts = s_space_.counts();
     for (int b = 0; b < D; ++b) {
@@ -766,6 +1156,10 @@ void SplineScheme<D>::evaluate(const Model<D>& model, State<D>& s, StageTimes* t
         Stopwatch watch(times, StageTimes::sort);
         sort(model, s);
     }
+    if (is_cut_) {
+        Stopwatch watch(times, StageTimes::fit);
+        find_body(model, s);
+    }
     {
         Stopwatch watch(times, StageTimes::fit);
         fit_velocity(model, s);
@@ -775,7 +1169,7 @@ void SplineScheme<D>::evaluate(const Model<D>& model, State<D>& s, StageTimes* t
         Stopwatch watch(times, StageTimes::nodes);
         find_density(model, s);
         solve_acceleration(model, s);
-        project_gradient(s);
+        project_gradient(model, s);
     }
     Stopwatch watch(times, StageTimes::gather);
     const std::size_t n = s.particles.count;
@@ -897,6 +1291,19 @@ void SplineScheme<D>::step(const Model<D>& model, State<D>& s, double dt, const 
     s.drift += s.move;
 }
 
+/// Whether a cell beside a vertex has a part of the body.
+template <int D>
+bool SplineScheme<D>::is_seen(const State<D>& s, const Index<D>& vertex) const
+{
+    bool r = !is_cut_;
+    IndexBox<D>{vertex - Index<D>::filled(1), vertex + Index<D>::filled(1)}.for_each([&](const Index<D>& cell) {
+        for (int a = 0; a < D; ++a)
+            if (cell[a] < 0 || cell[a] >= cells_[a]) return;
+        r = r || cover_of(s, number_of(cell)) != Cover::none;
+    });
+    return r;
+}
+
 template <int D>
 void SplineScheme<D>::show(State<D>& s) const
 {
@@ -912,7 +1319,8 @@ void SplineScheme<D>::show(State<D>& s) const
     along_axes<D>(matrices, work.between, work.v.data(), work.column.data());
     std::ptrdiff_t number = 0;
     IndexBox<D>{{}, counts}.for_each([&](const Index<D>& k) {
-        const Lanes& from = work.column[number++];
+        const Lanes from = is_seen(s, k) ? work.column[number] : Lanes(0.0);
+        ++number;
         const Index<D> at = k + Index<D>::filled(s.lattice.margin);
         double volume     = 1.0;
         for (int a = 0; a < D; ++a) volume *= s.lattice.node_length(a, at[a]);
@@ -947,6 +1355,7 @@ void SplineScheme<D>::project(const Model<D>& model, State<D>& s) const
 {
     s.spline.is_near = false;
     sort(model, s);
+    if (is_cut_) find_body(model, s);
     fit_velocity(model, s);
     find_density(model, s);
     show(s);

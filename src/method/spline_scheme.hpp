@@ -6,6 +6,8 @@
 #include "grid/banded.hpp"
 #include "grid/spline_axis.hpp"
 #include "kernels/spline.hpp"
+#include "method/cut_factor.hpp"
+#include "method/spline_body.hpp"
 #include "method/stage_times.hpp"
 
 #include <array>
@@ -42,7 +44,7 @@ struct SampleRows {
     Array<double> weights;
 };
 
-/// Values of an axis' functions at the Gauss points of each of its cells.
+/// Values of an axis' functions, or their slopes, at the Gauss points of each of its cells.
 struct GaussRows {
     int points = 0, width = 0;  ///< of a cell; functions that do not vanish there
     std::vector<double> at;     ///< [cell][point][function]
@@ -60,9 +62,13 @@ struct SplineWork {
     Array<Lanes> s;                 ///< of the stress, see stress_lane
     std::array<Array<Lanes>, D> L;  ///< of the columns of the velocity gradient
     Array<double> density;          ///< at Gauss points, cell by cell, times their weights, kg
+    SplineBody<D> body;             ///< of bodies with free surfaces
+    Array<double> cut_density;      ///< at the points of cut cells, times their weights, kg
+    Array<Lanes> surface;           ///< splines of its functions, a lane each
+    Array<Lanes> at_points;         ///< a field at Gauss points, cell by cell, then at those of cut cells
     bool is_near = false;           ///< `v` and `s` are near those of the next fit: stages of a step
-    enum Solve { kVelocity, kStress, kMass };
-    std::array<long, 3> iterations{};  ///< of conjugate gradients, in the last step
+    enum Solve { kVelocity, kStress, kMass, kGradient };
+    std::array<long, 4> iterations{};  ///< of conjugate gradients, in the last step
 
     Array<Lanes> r, z, p, q;   ///< of conjugate gradients
     Array<Lanes> sums, scale;  ///< of rows of a matrix; of its preconditioner
@@ -126,13 +132,33 @@ class SplineScheme {
     using Factors = std::array<Banded<Lanes>, D>;
 
     void sort(const Model<D>& model, State<D>& s) const;
+    void find_body(const Model<D>& model, State<D>& s) const;
     void show(State<D>& s) const;
     void report(State<D>& s) const;
     void fit_velocity(const Model<D>& model, State<D>& s) const;
     void fit_stress(const Model<D>& model, State<D>& s) const;
     void find_density(const Model<D>& model, State<D>& s) const;
     void solve_acceleration(const Model<D>& model, State<D>& s) const;
-    void project_gradient(State<D>& s) const;
+    void project_gradient(const Model<D>& model, State<D>& s) const;
+    /// On bodies with free surfaces, by quadrature: b -= int s_h grad N_i, and the projection of the gradient.
+    void subtract_force(State<D>& s) const;
+    void project_gradient_of_body(const Model<D>& model, State<D>& s) const;
+    /// work.at_points = weights times splines of a space, or times their slopes along an axis; and to += the transposed. The weights
+    /// are volumes.
+    void evaluate_at_points(State<D>& s, const SplineSpace<D>& space, int slope_axis, const Lanes* from) const;
+    template <class Value>
+    void integrate_at_points(State<D>& s, const SplineSpace<D>& space, int slope_axis, const Value& value, Lanes* to) const;
+    void fill_weights(State<D>& s) const;
+    void fill_masses(State<D>& s) const;
+    CutFactor<D> factor_at_points(const State<D>& s, const SplineSpace<D>& space, const GhostPenalty<D>& ghost,
+                                  double ghost_weight) const;
+    template <class Weight>
+    static Lanes mean_weight(const State<D>& s, const Weight& weight);
+    Cover cover_of(const State<D>& s, int cell) const { return is_cut_ ? cover_in(s, cell) : Cover::all; }
+    static Cover cover_in(const State<D>& s, int cell);
+    bool is_seen(const State<D>& s, const Index<D>& vertex) const;
+    void subtract_force_of_full_grid(State<D>& s) const;
+    Vec<D, const double*> tables(const SplineSpace<D>& space, int slope_axis, const Index<D>& cell) const;
     void multiply_mass(const State<D>& s, const Lanes* from, Lanes* to) const;
     /// What fits of particles differ in.
     struct FitTask {
@@ -141,27 +167,33 @@ class SplineScheme {
         const SplineSpace<D>& space;
         const SampleRows& rows;
         const Factors& factors;
-        const Lanes Held::*free;  ///< null without walls
-        Lanes volume;             ///< 1 in lanes whose weight is the volume
+        const Lanes Held::*free;       ///< null without walls
+        Lanes volume;                  ///< 1 in lanes whose weight is the volume
+        const GhostPenalty<D>* ghost;  ///< of bodies with free surfaces, else null
+        bool is_known;                 ///< where the body is
     };
     template <class Value, class Weight>
     void fit(const Model<D>& model, State<D>& s, const FitTask& task, const Value& value, const Weight& weight,
              Array<Lanes>& x) const;
     void solve(const Model<D>& model, State<D>& s, const System& system, Lanes* x, Lanes* b) const;
     void precondition(State<D>& s, const System& system) const;
-    void require_enough(const Model<D>& model, const State<D>& s, const System& system, const Lanes& unit, int singular) const;
+    void hold(const System& system, Lanes* records) const;
+    void require_enough(const Model<D>& model, State<D>& s, const System& system, const Lanes& unit, int singular) const;
     void hold_walls(const Model<D>& model);
 
     template <class F>
     void for_each_cell(F&& f) const;
     int number_of(const Index<D>& cell) const;
-    Vec<D, const double*> gauss_rows_of(const Index<D>& cell) const;
 
     SplineSpace<D> v_space_, s_space_;
     Index<D> cells_{};
-    int points_         = 0;                               ///< Gauss points of a cell along an axis
-    double cell_volume_ = 0.0;                             ///< m^D
-    GaussRows gauss_[D];                                   ///< of the velocity's functions
+    int points_         = 0;                             ///< Gauss points of a cell along an axis
+    double cell_volume_ = 0.0;                           ///< m^D
+    GaussRows gauss_[D], gauss_slopes_[D], s_gauss_[D];  ///< of the velocity's functions, and of the stress'
+    std::vector<double> gauss_weights_;                  ///< of the Gauss points of a cell, m^D
+    bool is_cut_ = false;                                ///< bodies have free surfaces
+    // Penalties of fits and of what is integrated, in parts of the mean of their weights (docs/high_order.md).
+    static constexpr double kGhostOfFits = 1e-5, kGhostOfMasses = 1e-3;
     std::array<std::vector<IndexBox<D>>, 1 << D> blocks_;  ///< of cells; those of a colour share no function
 
     std::vector<Held> held_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "grid/boundary.hpp"
+#include "grid/cut_rule.hpp"
 #include "grid/halo.hpp"
 #include "grid/node_rows.hpp"
 #include "grid/tiles.hpp"
@@ -38,6 +39,9 @@ struct Model {
     std::vector<Traction<D>> tractions;
     std::vector<Load<D>> loads;  ///< the faces that they act on, see add_loads
     std::vector<Boundary<D>> boundaries;
+    /// With projection spline-fit, where bodies do not fill the grid: functions of the initial position, m, that are negative inside
+    /// and vanish on the free surface.
+    std::vector<LevelSet<D>> surface;
     Vec<D> gravity{};
 
     /// Where the grid ends along an axis, m.

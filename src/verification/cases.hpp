@@ -10,6 +10,7 @@ Case vibration_2d();
 Case vibration_3d();
 Case vibration_two_waves();
 Case vibration_shifted();
+Case vibration_free();
 Case ring();
 Case vortex();
 Case shear_rotation();

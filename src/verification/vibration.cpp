@@ -179,6 +179,19 @@ Row shear_and_rotate(const Request& r)
     return r.values.word("dim") == "3" ? measure(in_unit_box<3>(r, motion)) : measure(in_unit_box<2>(r, motion));
 }
 
+/// A bar with a free end: x = X + A sin(pi X/2) sin(c pi t/2 + phase), whose end has no strain. The grid does not end with it.
+Row vibrate_freely(const Request& r)
+{
+    const Values& v = r.values;
+    Problem<1> p = on_grid<1>(r, Vec<1>{}, Index<1>{static_cast<int>(std::ceil((1.02 + v.number("amplitude")) * r.cells)) + 1});
+    p.model.boundaries.push_back({.axis = 0, .at = 0.0, .type = BoundaryType::symmetry, .value = {}});
+    if (is_spline_fit(p.model.method)) p.model.surface = {[](const Vec<1>& X) { return X[0] - 1; }};
+    p.seeds    = placed_in(Bounds<1>{Vec<1>{}, Vec<1>{1.0}}, p.model, r);
+    p.contains = [](const Vec<1>& X) { return X[0] >= -1e-12 && X[0] <= 1 + 1e-12; };
+    manufacture(p, StandingWave{v.number("amplitude"), 0.5 * kPi, 0.5 * kPi * paper_speed(v), v.number("phase") * kPi});
+    return measure(p);
+}
+
 Row bend(const Request& r)
 {
     const BentBox motion{r.values.number("amplitude"), kPi * paper_speed(r.values), r.values.number("phase") * kPi};
@@ -234,6 +247,35 @@ Case vibration_3d()
                     reconstructed("cpls", {8, 16}, orders_at_least("displacement", {8, 16}, 1.9), Study::night),
                     reconstructed("icpdi1", {8, 16}, orders_at_least("displacement", {8, 16}, 1.9), Study::night),
                     reconstructed("impm-adjoint", {8, 16}, orders_at_least("displacement", {8, 16}, 1.9), Study::night)}};
+}
+
+/// A free end within a cell costs splines no order.
+std::vector<Study> free_splines(const Meshes& meshes, Study::Length length)
+{
+    const std::pair<const char*, double> orders[] = {{"spline3", 2.9}, {"spline4", 3.4}, {"spline5", 5.0}};
+    std::vector<Study> studies;
+    for (const auto& [method, order] : orders)
+        studies.push_back({.method = method,
+                           .set    = {{"cfl", 0.2}},
+                           .cells  = meshes,
+                           .bars   = all_orders_at_least(meshes, order),
+                           .length = length});
+    return studies;
+}
+
+Case vibration_free()
+{
+    return {
+        "vibration-free",
+        "a bar with a free end, u = A sin(pi X/2) sin(c pi t/2 + phase); the end moves through the cells of the grid",
+        1,
+        2,
+        {8, 16, 32, 64},
+        with_amplitude({{"phase", 0.25, "phase, in units of pi"}}, 0.04),
+        [](const Request& r) { return vibrate_freely(r); },
+        std::vector<Study>{
+            {.method = "cpdi1", .set = {}, .cells = {16, 32, 64}, .bars = orders_at_least("displacement", {16, 32, 64}, 1.8)}} +
+            free_splines({32, 64}, Study::quick) + free_splines({32, 64, 128}, Study::night)};
 }
 
 Case vibration_two_waves()

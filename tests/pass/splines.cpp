@@ -121,15 +121,18 @@ TEST(SplineFit, FindsPolynomialsAndTheirGradients)
 }
 
 /// The largest real part of the spectrum of v' = a_h, sigma' = E L_h on a frozen lattice, in c/h.
-double largest_real_part(const Model<1>& given, int per_axis, double jitter, double shift)
+double largest_real_part(const Model<1>& given, int per_axis, double jitter, double shift, double length = 1.0)
 {
     Model<1> model  = given;
     model.materials = {{MaterialModel::linear_rate_1d, 1.0, 0.0, 0.5}};
     const Explicit<1> method(model);
     test::Random random(4);
-    State<1> s      = method.start(plant_all(model, test::block(model, 0.0, 1.0, per_axis)));
+    State<1> s      = method.start(plant_all(model, test::block(model, 0.0, length, per_axis)));
     Particles<1>& p = s.particles;
-    for (int i = 0; i < p.count; ++i) p.x[i][0] += (shift + test::uniform(random, -jitter, jitter)) * model.h[0] / per_axis;
+    for (int i = 0; i < p.count; ++i) {
+        p.x[i][0] += (shift + test::uniform(random, -jitter, jitter)) * model.h[0] / per_axis;
+        p.X[i] = p.x[i];  // a free surface is where X says
+    }
     double real = 0.0, imaginary = 0.0;
     for (const auto& value : verification::frozen_spectrum(method, s)) {
         real      = std::max(real, value.real());
@@ -152,6 +155,76 @@ TEST(SplineFit, FrozenLatticesAreNeutral)
             }
         EXPECT_LT(largest_real_part(test::walled_box<1>(16, method), 2, 0.0, 0), 1e-12);
         EXPECT_LT(largest_real_part(test::walled_box<1>(16, method), 2, 0.25, 0), 1e-12);
+    }
+}
+
+/// A ball in a grid without walls, in 1D a bar.
+template <int D>
+Model<D> free_ball(int cells, const MethodSpec& method)
+{
+    Model<D> model = test::unit_box<D>(cells, method);
+    model.surface  = {[](const Vec<D>& X) { return dot(X - Vec<D>::filled(0.5), X - Vec<D>::filled(0.5)) - 0.37 * 0.37; }};
+    return model;
+}
+template <int D>
+State<D> start_ball(const Explicit<D>& method)
+{
+    const Ball<D> ball{Vec<D>::filled(0.5), 0.37};
+    const Model<D>& model = method.model();
+    return method.start(plant_all(model, fill(ball, SubCells<D>{model.origin, model.h, Index<D>::filled(2)})));
+}
+
+/// Polynomials of the degree of the splines, of bodies that end within cells.
+template <int D>
+void check_free_polynomials(const MethodSpec& spec)
+{
+    const Explicit<D> method(free_ball<D>(D == 1 ? 16 : D == 2 ? 12 : 8, spec));
+    State<D> s      = start_ball<D>(method);
+    Particles<D>& p = s.particles;
+    auto velocity   = [](const Vec<D>& x, int a) { return (x[a] - 0.2) * (x[D - 1] - 0.7) * (1 + x[0]); };
+    for (int i = 0; i < p.count; ++i)
+        for (int a = 0; a < D; ++a) p.v[i][a] = velocity(p.x[i], a);
+    method.splines()->evaluate(method.model(), s);
+    for (int i = 0; i < p.count; ++i)
+        for (int a = 0; a < D; ++a) {
+            EXPECT_NEAR(s.spline.v_at[i][a], p.v[i][a], 1e-10);
+            for (int b = 0; b < D; ++b) {
+                Vec<D> d{};
+                d[b] = 1e-5;
+                EXPECT_NEAR(s.spline.L_at[i](a, b), (velocity(p.x[i] + d, a) - velocity(p.x[i] - d, a)) / 2e-5, 1e-7);
+            }
+        }
+    // Where the body is, by its quadrature.
+    const CutPoints& cut = s.spline.body.points;
+    double volume = 0.0, cell = 1.0;
+    for (int a = 0; a < D; ++a) cell *= method.model().h[a];
+    for (const Cover cover : s.spline.body.cover) volume += cover == Cover::all ? cell : 0.0;
+    for (const double weight : cut.weights) volume += weight;
+    const double exact = D == 1 ? 0.74 : D == 2 ? kPi * 0.37 * 0.37 : 4 * kPi / 3 * 0.37 * 0.37 * 0.37;
+    EXPECT_NEAR(volume, exact, 1e-6 * exact);
+    EXPECT_GT(cut.count(), 0);
+}
+TEST(FreeSurface, FindsPolynomialsAndTheirGradients)
+{
+    for (const char* preset : {"spline3", "spline4"}) {
+        SCOPED_TRACE(preset);
+        check_free_polynomials<1>(find_preset(preset)->spec);
+        check_free_polynomials<2>(find_preset(preset)->spec);
+    }
+    check_free_polynomials<3>(find_preset("spline3")->spec);
+}
+
+TEST(FreeSurface, FrozenLatticesAreNeutral)
+{
+    for (const std::string& preset : spline_presets()) {
+        SCOPED_TRACE(preset);
+        for (const double length : {0.63, 0.65, 0.69}) {
+            Model<1> model = test::unit_box<1>(16, find_preset(preset)->spec);
+            model.boundaries.push_back({.axis = 0, .at = 0.0, .type = BoundaryType::symmetry, .value = {}});
+            model.surface = {[length](const Vec<1>& X) { return X[0] - length; }};
+            EXPECT_LT(largest_real_part(model, 2, 0.0, 0.0, length), 1e-12);
+            EXPECT_LT(largest_real_part(model, 3, 0.25, 0.0, length), 1e-12);
+        }
     }
 }
 

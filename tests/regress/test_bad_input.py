@@ -44,6 +44,8 @@ def wall(face, kind):
 
 
 WHOLE = body("shape = 'box'\nlower = 0.0\nupper = 1.0\n")
+HALF = body("shape = 'box'\nlower = 0.0\nupper = 0.5\n")
+BOXES = body("shape = 'box'\nlower = 0.0\nupper = 0.5\n[[body]]\nmaterial = 'rubber'\nshape = 'box'\nlower = 0.75\nupper = 1.0\n")
 WALLS = "[[boundary]]\nface = ['x-min', 'x-max', 'y-min', 'y-max']\ntype = 'fixed'\n"
 
 # name, changes of the case, key that the message names, what else it says (the remedy)
@@ -155,8 +157,9 @@ CASE_FAULTS = [
     ("interface without one", ["[method]\npreset = 'cpdi2'\nenrichment = @'interface'\n"], "method.enrichment", "no two bodies share a corner"),
     ("point of the grid where nothing is on it", ["[method]\npreset = 'fem'\n", "[[probe]]\nname = 'p'\npoint = @0.5\n"], "probe[0].point", "particle"),
     ("splines and a plane inside the grid", ["[method]\npreset = 'bsmpm'\n", wall("x-min", "fixed") + "at = @0.1\n"], "boundary[0].at", "let the grid end there"),
-    ("splines and a body that does not fill the grid", ["[method]\npreset = @'spline4'\n", WALLS], "method.preset", "let the body fill the grid"),
-    ("splines without walls", [WHOLE, "[method]\npreset = @'spline4'\n"], "method.preset", "on x-min"),
+    ("splines and a ball", ["[method]\npreset = @'spline4'\n", WALLS], "method.preset", "take a box"),
+    ("splines and two boxes", [BOXES, "[method]\npreset = @'spline4'\n"], "method.preset", "put a [[boundary]]"),
+    ("hats fitted to a free body", [HALF, "[method]\npreset = @'spline4'\nbasis = 'hat'\nstress_degree = 1\nremoved_stress_knots = 0\n"], "method.preset", "waves grow"),
     ("splines and a wall that moves", [WHOLE, "[method]\npreset = @'spline4'\n", WALLS, wall("y-max", "velocity") + "value = [1, 0]\n"], "method.preset", "walls at rest"),
     ("splines on too few cells", [WHOLE, "[method]\npreset = @'spline4'\nremoved_knots = 2\n", WALLS], "method.preset", "there must be 5"),
     ("part of the scheme of splines", ["[method]\npreset = 'cpdi1'\nscheme = @'rk4'\n"], "method.scheme", "use preset spline3"),

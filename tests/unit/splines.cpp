@@ -1,8 +1,8 @@
 // Splines with removable knots, banded matrices of one axis, Gauss rules of cells.
 #include "grid/banded.hpp"
 #include "grid/cut_rule.hpp"
+#include "grid/ghost_penalty.hpp"
 #include "grid/spline_axis.hpp"
-#include "grid/spline_extension.hpp"
 #include "kernels/spline.hpp"
 #include "support/particles.hpp"
 
@@ -264,75 +264,75 @@ std::vector<double> polynomial(const SplineSpace<D>& space, int degree)
     return c;
 }
 
+/// g(u, u) of splines whose highest derivative jumps by `size` at one plane across an axis is size^2 times the area of its faces;
+/// polynomials have none; blocks are those of the product.
 template <int D>
-void check_extension(int degree, int removed, bool is_periodic)
+void check_ghost_penalty(int degree, int removed, bool is_periodic)
 {
     constexpr int n = D == 3 ? 8 : 12;
     SplineSpace<D> space;
     for (int a = 0; a < D; ++a) space.axis[a] = {degree, n, removed, is_periodic && a == 0};
-    const Index<D> cells = Index<D>::filled(n);
-    std::vector<Cover> cover;
-    std::vector<Index<D>> seen;
-    IndexBox<D>{{}, cells}.for_each([&](const Index<D>& k) {  // a ball
+    const std::size_t count = space.count();
+    std::vector<Cover> ball;
+    IndexBox<D>{{}, Index<D>::filled(n)}.for_each([&](const Index<D>& k) {
         double square = 0.0;
         for (int a = 0; a < D; ++a) square += (k[a] + 0.5 - 0.45 * n) * (k[a] + 0.5 - 0.45 * n);
         const double r = std::sqrt(square) / n;
-        cover.push_back(r < 0.3 ? Cover::all : r < 0.44 ? Cover::part : Cover::none);
-        if (cover.back() != Cover::none) seen.push_back(k);
+        ball.push_back(r < 0.3 ? Cover::all : r < 0.44 ? Cover::part : Cover::none);
     });
-    const SplineExtension<D> extension(space, cells, cover);
-    ASSERT_TRUE(extension.is_possible());
+    const GhostPenalty<D> of_ball(space, Index<D>::filled(n), ball);
+    auto product = [&](const GhostPenalty<D>& g, const std::vector<double>& from) {
+        std::vector<double> to(count, 0.0);
+        g.multiply(1.0, from.data(), to.data());
+        return to;
+    };
+    for (int power = 0; power <= degree; ++power)
+        for (const double of : product(of_ball, polynomial(space, power))) EXPECT_NEAR(of, 0.0, 1e-9 * std::pow(n, power * D));
+
+    std::vector<double> from(count), sums(count, 0.0);  // the same by the blocks
     test::Random random(7);
-    for (int power = 0; power <= degree; ++power) {
-        const std::vector<double> whole = polynomial(space, power);
-        std::vector<double> c           = whole;
-        for (std::size_t i = 0; i < c.size(); ++i)
-            if (!extension.is_inner(i)) c[i] = 1e9;  // not looked at
-        extension.extend(c.data());
-        for (int k = 0; k < 40; ++k) {
-            const Index<D>& cell = seen[static_cast<std::size_t>(test::uniform(random, 0, static_cast<double>(seen.size())))];
-            Vec<D> y{};
-            for (int a = 0; a < D; ++a) y[a] = cell[a] + test::uniform(random, 0, 1);
-            const double exact = value_at(space, whole, y);
-            EXPECT_NEAR(value_at(space, c, y), exact, 1e-11 * std::max(1.0, std::pow(n, power * (D - is_periodic))));
-        }
-    }
-    // (E c, d) = (c, E^T d)
-    std::vector<double> c(space.count()), d(space.count());
-    for (std::size_t i = 0; i < c.size(); ++i) {
-        c[i] = extension.is_inner(i) ? test::uniform(random, -1, 1) : 0.0;
-        d[i] = test::uniform(random, -1, 1);
-    }
-    std::vector<double> Ec = c, Ed = d;
-    extension.extend(Ec.data());
-    extension.gather(Ed.data());
-    double one = 0.0, other = 0.0;
-    for (std::size_t i = 0; i < c.size(); ++i) {
-        one += Ec[i] * d[i];
-        other += c[i] * Ed[i];
-    }
-    EXPECT_NEAR(one, other, 1e-9);
+    for (double& of : from) of = test::uniform(random, -1, 1);
+    of_ball.for_each_block([&](const Index<D>& first, const Index<D>& size, const std::vector<double>& block) {
+        std::vector<std::size_t> functions;
+        IndexBox<D>{first, first + size}.for_each([&](const Index<D>& k) {
+            Index<D> at{};
+            for (int a = 0; a < D; ++a) at[a] = space.axis[a].wrapped(k[a]);
+            functions.push_back(space.number(at));
+        });
+        for (std::size_t i = 0; i < functions.size(); ++i)
+            for (std::size_t j = 0; j < functions.size(); ++j)
+                sums[functions[i]] += block[i * functions.size() + j] * from[functions[j]];
+    });
+    const std::vector<double> whole = product(of_ball, from);
+    double size                     = 0.0;
+    for (const double of : whole) size = std::max(size, std::fabs(of));
+    for (std::size_t i = 0; i < count; ++i) EXPECT_NEAR(sums[i], whole[i], 1e-13 * size);
+
+    // (y - n/2)_+^degree along the last axis, times 1: by the truncated power's blossom.
+    const GhostPenalty<D> everywhere(space, Index<D>::filled(n), std::vector<Cover>(ball.size(), Cover::part));
+    std::vector<double> c(count, 1.0);
+    const SplineAxis& last = space.axis[D - 1];
+    double jump            = 1.0;
+    for (int r = 2; r <= degree; ++r) jump *= r;
+    IndexBox<D>{{}, space.counts()}.for_each([&](const Index<D>& k) {
+        double& blossom = c[space.number(k)];
+        for (int j = 1; j <= degree; ++j) blossom *= last.knot(k[D - 1] - degree + j) - 0.5 * n;
+        if (last.knot(k[D - 1] - degree + 1) <= 0.5 * n) blossom = 0.0;  // of the polynomial before the plane
+    });
+    const std::vector<double> g = product(everywhere, c);
+    double energy               = 0.0;
+    for (std::size_t i = 0; i < count; ++i) energy += c[i] * g[i];
+    EXPECT_NEAR(energy, jump * jump * std::pow(n, D - 1), 1e-9 * jump * jump * std::pow(n, D - 1));
 }
-TEST(SplineExtension, WantsAWholeCell)
+TEST(GhostPenalty, IsTheJumpOfTheHighestDerivative)
 {
-    SplineSpace<2> space;
-    for (int a = 0; a < 2; ++a) space.axis[a] = {3, 4, 0, false};
-    std::vector<Cover> cover(16, Cover::part);
-    EXPECT_FALSE(SplineExtension<2>(space, {4, 4}, cover).is_possible());
-    cover[5] = Cover::all;
-    EXPECT_FALSE(SplineExtension<2>(space, {4, 4}, cover).is_possible());  // its corners' functions see too little of it
-    cover.assign(16, Cover::all);
-    EXPECT_TRUE(SplineExtension<2>(space, {4, 4}, cover).is_possible());
-}
-TEST(SplineExtension, GoesOnAsPolynomials)
-{
-    for (int degree = 1; degree <= 4; ++degree)
+    for (int degree = 1; degree <= 5; ++degree)
         for (const int removed : {0, 2}) {
             SCOPED_TRACE(10 * degree + removed);
-            check_extension<1>(degree, removed, false);
-            check_extension<2>(degree, removed, false);
-            check_extension<2>(degree, removed, true);
-            if (degree < 4 && removed == 0) check_extension<3>(degree, removed, false);
+            check_ghost_penalty<1>(degree, removed, false);
+            check_ghost_penalty<2>(degree, removed, false);
+            check_ghost_penalty<2>(degree, removed, true);
+            if (degree < 4 && removed == 0) check_ghost_penalty<3>(degree, removed, false);
         }
 }
 
