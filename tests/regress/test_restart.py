@@ -28,6 +28,7 @@ PERIODIC = edit(
 FACES = {1: "['x-min']", 2: "['x-min', 'y-min']", 3: "['x-min', 'y-min', 'z-min']"}
 CHANGES = {  # fem has no grid, and cpdi2e an interface
     "fem": (("[[probe]]\nname = 'place'\npoint = 0.5\n", ""), ("grid = true\n", "")),
+    "spline3": (("spacing = 0.0625", "spacing = 0.125"),),
     **{f"spline{k}": ((BOX, BOX.replace("0.25", "0.0").replace("0.75", "1.0")),) for k in (4, 5)},  # that of spline3 is free, these fill the grid
     "cpdi2e": ((BOX, HALF.format(0.25, 0.5) + "[[body]]\nmaterial = 'rubber'\n" + HALF.format(0.5, 0.75)),),
 }

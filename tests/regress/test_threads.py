@@ -53,7 +53,7 @@ class Threads(InTemporaryDirectory):
                 self.assert_same_for_any_threads(self.write("case.toml", whole), "--set", f"method.preset={preset}")
 
     def test_splines_of_a_free_strip(self):
-        self.assert_same_for_any_threads(self.write("case.toml", PERIODIC), "--set", "method.preset=spline3", "--set", "grid.spacing=0.0625")
+        self.assert_same_for_any_threads(self.write("case.toml", PERIODIC), "--set", "method.preset=spline3", "--set", "grid.spacing=0.125")
 
     def test_consistent_mass(self):
         for preset in ("bsmpm", "ddmpm", "tls-bsmpm"):
