@@ -869,9 +869,9 @@ void SplineScheme<D>::multiply_mass(const State<D>& s, const Lanes* from, Lanes*
     });
 }
 
-/// Row of a cut point for a space, with slopes along one axis where it is not -1.
 namespace {
 
+/// Row of a cut point for a space, with slopes along one axis where it is not -1.
 template <int D, int P>
 void cut_row(const CutPoints& points, std::ptrdiff_t k, const std::vector<double>& values, int slope_axis,
              double (&w)[D * (P + 1)])
@@ -1021,6 +1021,8 @@ void SplineScheme<D>::project_gradient_of_body(const Model<D>& model, State<D>& 
     auto same                   = [](const Lanes& value) { return value; };
     fill_weights(s);
     const CutFactor<D> factor = factor_at_points(s, s_space_, work.body.s, kGhostOfMasses * cell_volume_);
+    clear(work.sums, functions);
+    integrate_at_points(s, s_space_, -1, same, work.sums.data());
     const System system{SplineWork<D>::kGradient,
                         "the projection of the velocity gradient",
                         s_space_,
@@ -1036,9 +1038,6 @@ void SplineScheme<D>::project_gradient_of_body(const Model<D>& model, State<D>& 
                         }};
     for (int b = 0; b < D; ++b) {
         if (!work.is_near) clear(work.L[b], functions);
-        clear(work.sums, functions);
-        fill_weights(s);
-        integrate_at_points(s, s_space_, -1, same, work.sums.data());
         clear(work.b, functions);
         evaluate_at_points(s, v_space_, b, work.v.data());
         integrate_at_points(s, s_space_, -1, same, work.b.data());
