@@ -49,7 +49,7 @@ def run_in_parts(command, out, options):
             chosen = moments.choice(SIGNALS)
             process.send_signal(chosen)
             counts[chosen] += 1
-        _, err = process.communicate(timeout=600)
+        _, err = process.communicate(timeout=3600)
         if process.returncode not in STOPPED:
             raise RuntimeError(f"exit code {process.returncode}: {err}")
         if process.returncode == 0:

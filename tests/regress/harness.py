@@ -43,6 +43,8 @@ center = 0.5
 radius = 0.25
 """
 
+HANG = 600  # s after which a program counts as hanging: no machine is so busy
+
 
 def edit(text, *changes):
     """The text with changes: a pair replaces, a string is added at the end."""
@@ -67,7 +69,7 @@ def ordo(*args, cwd):
     """Runs ordo to its end: returncode, stdout, stderr."""
     process = start(*args, cwd=cwd)
     try:
-        out, err = process.communicate(timeout=60)
+        out, err = process.communicate(timeout=HANG)
     finally:
         process.kill()
     return subprocess.CompletedProcess(process.args, process.returncode, out, err)

@@ -8,7 +8,7 @@ import os
 import subprocess
 import tomllib
 
-from harness import CASE, ORDO, PRESETS, ROOT, InTemporaryDirectory, arrays, edit, frames, history, ordo, particle_data, read_vtk
+from harness import CASE, HANG, ORDO, PRESETS, ROOT, InTemporaryDirectory, arrays, edit, frames, history, ordo, particle_data, read_vtk
 
 SHAPES = ("ball", "box", "ring", "cylinder", "particles")
 MATERIALS = ("neo-hookean", "st-venant-kirchhoff", "jaumann-elastic", "linear-rate-1d")
@@ -268,4 +268,4 @@ class BrokenStreams(InTemporaryDirectory):
     def test_reader_that_goes_away(self):
         process = subprocess.Popen([ORDO, "run", "case.toml"], cwd=self.dir, stderr=subprocess.PIPE)
         process.stderr.close()
-        self.assertEqual(process.wait(timeout=30), 0)
+        self.assertEqual(process.wait(timeout=HANG), 0)

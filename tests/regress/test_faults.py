@@ -10,7 +10,7 @@ import shutil
 import subprocess
 import unittest
 
-from harness import CASE, ORDO, InTemporaryDirectory, contents, edit, frames, has_hdf5, read_vtk
+from harness import CASE, HANG, ORDO, InTemporaryDirectory, contents, edit, frames, has_hdf5, read_vtk
 
 LONG = edit(
     CASE,
@@ -23,7 +23,7 @@ LONG = edit(
 class Faults(InTemporaryDirectory):
     def run_case(self, *args, **how):
         arguments = [ORDO, "run", "case.toml", "--quiet", "--threads", "1", *map(str, args)]
-        return subprocess.run(arguments, cwd=self.dir, text=True, capture_output=True, timeout=60, **how)
+        return subprocess.run(arguments, cwd=self.dir, text=True, capture_output=True, timeout=HANG, **how)
 
     def write_case(self):
         self.write("case.toml", LONG if has_hdf5() else edit(LONG, ("[checkpoint]\nsteps = 5\n", "")))
@@ -91,7 +91,7 @@ class Faults(InTemporaryDirectory):
         while not (self.dir / "out" / "particles_000001.vtu").exists():
             self.assertIsNone(process.poll())
         os.rename(self.dir / "out", self.dir / "elsewhere")
-        _, err = process.communicate(timeout=60)
+        _, err = process.communicate(timeout=HANG)
         self.assertEqual(process.returncode, 1, err)
         self.assertIn("out/", err)
         self.assert_whole_lists()

@@ -11,7 +11,7 @@ import subprocess
 import time
 import unittest
 
-from harness import CASE, ORDO, InTemporaryDirectory, contents, edit, frames, has_hdf5, history, ordo, start
+from harness import CASE, HANG, ORDO, InTemporaryDirectory, contents, edit, frames, has_hdf5, history, ordo, start
 
 BOX = "shape = 'box'\nlower = 0.25\nupper = 0.75\nvelocity = '20 + 0.1*sin(2*pi*x)'\n"
 HALF = "shape = 'box'\nlower = [{}, 0.25]\nupper = [{}, 0.75]\nvelocity = '20'\n"
@@ -105,7 +105,7 @@ class Restart(InTemporaryDirectory):
             except subprocess.TimeoutExpired:
                 process.send_signal(moments.choice((signal.SIGTERM, signal.SIGINT, signal.SIGKILL)))
                 stops += 1
-            _, err = process.communicate(timeout=20)
+            _, err = process.communicate(timeout=HANG)
             if process.returncode == 0:
                 break
             self.assertIn(process.returncode, (143, 130, -9, -15, -2), err)

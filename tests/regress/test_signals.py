@@ -7,7 +7,7 @@ import random
 import signal
 import time
 
-from harness import CASE, InTemporaryDirectory, contents, edit, frames, history, ordo, read_vtk, start
+from harness import CASE, HANG, InTemporaryDirectory, contents, edit, frames, history, ordo, read_vtk, start
 
 ENDLESS = edit(CASE, ("end = 0.01", "end = 1e6"), "velocity = '0.05*(x - 0.5)'\n[method]\npic_fraction = 0.01\n[output]\ngrid = true\n")
 KILLS = 10
@@ -22,10 +22,10 @@ class Signals(InTemporaryDirectory):
 
     def kill(self, process):
         process.kill()
-        process.communicate(timeout=20)
+        process.communicate(timeout=HANG)
 
     def wait_for(self, name):
-        limit = time.monotonic() + 20
+        limit = time.monotonic() + HANG
         while not (self.dir / "out" / name).exists():
             self.assertLess(time.monotonic(), limit, f"{name} was never written")
             time.sleep(0.01)
@@ -46,7 +46,7 @@ class Signals(InTemporaryDirectory):
         process = self.start_run(interval)
         self.wait_for("particles_000002.vtu")
         process.send_signal(name)
-        _, err = process.communicate(timeout=20)
+        _, err = process.communicate(timeout=HANG)
         self.assertEqual(process.returncode, code, err)
         self.assertIn(f"signal {int(name)}", err)
         self.assert_frames_whole()
@@ -72,7 +72,7 @@ class Signals(InTemporaryDirectory):
         process.send_signal(signal.SIGHUP)
         self.wait_for("particles_000004.vtu")
         process.terminate()
-        process.communicate(timeout=20)
+        process.communicate(timeout=HANG)
         self.assertEqual(process.returncode, 143)
 
     def test_stop_at_a_step_with_a_frame(self):
