@@ -73,6 +73,8 @@ BOUNDARY_TYPES = "unit:BoundaryTypes.ActOnTheirComponents"
 ENERGY_DERIVATIVE = "unit:Materials.StressIsTheDerivativeOfTheEnergy"
 RESULTANTS = "pass:Tractions.ForceAndMomentAreExact"
 MOTIONS = "verify:Manufactured.DerivativesAreThoseOfTheMotion"
+BAR_STUDIES = "verify:Quick/Studies.MeetTheirBars/vibration_1d"
+BOX_STUDIES = "verify:Quick/Studies.MeetTheirBars/bent_box"
 
 FAULTS = [
     # from particles to nodes
@@ -220,6 +222,40 @@ FAULTS = [
     fault("prescribed-taken-as-fixed", "the projection takes prescribed velocities as fixed ones", "method/mass_matrix.cpp",
           "@if (first == NodeLane::velocity && is_prescribed) continue;@", "",
           "pass:MassMatrix.PrescribedVelocitiesReachTheParticles"),
+
+    # splines fitted to particles
+    fault("stages-forced-at-start", "body forces of all stages are those at the start of the step", "method/spline_scheme.cpp",
+          "forces(t + @scheme.at[k] * dt@);", "0.0", BAR_STUDIES),
+    fault("stage-too-early", "a stage goes as far as the one before it", "method/spline_scheme.cpp",
+          "further = is_last ? 0.0 : dt * @scheme.at[k + 1]@,", "scheme.at[k]", BAR_STUDIES),
+    fault("density-of-start", "the density that is fitted is that of the initial volumes", "method/spline_scheme.cpp",
+          "r[SplineLane::density] = @p.m[i] / p.V[i]@;", "p.m[i] / p.V0[i]", BAR_STUDIES),
+    fault("unit-density", "the mass matrix of splines forgets the density", "method/spline_scheme.cpp",
+          "for (std::ptrdiff_t g = 0; g < per_cell_; ++g) q.values[g] = @q.values[g] * density[g]@;", "q.values[g] * gauss_weights_[g]",
+          BAR_STUDIES),
+    fault("null-space-fed", "the velocity that no spline holds grows instead of being damped", "method/spline_scheme.cpp",
+          "work.v0[i] -= model.method.null_damping * (@work.v0[i] - work.v_at[i]@);", "work.v_at[i] - work.v0[i]",
+          "pass:SplineFit.EnergyIsKept"),
+    fault("walls-let-acceleration", "walls hold the velocity of splines but not their acceleration", "method/spline_scheme.cpp",
+          "@acceleration_free_[b.axis][b.outer_is_above][SplineLane::acceleration + c] = 0.0;@", "",
+          "pass:SplineFit.FrozenLatticesAreNeutral"),
+    fault("gradient-of-other-axes", "the projected gradient takes slopes along the other axes", "method/spline_scheme.cpp",
+          "matrices[a] = @a == b@ ? &slopes_[a]", "a != b", "pass:SplineFit.FindsPolynomialsAndTheirGradients"),
+    fault("force-of-other-axes", "forces of splines take slopes along the other axes", "method/spline_scheme.cpp",
+          "matrices[a] = @a == b@ ? &slopes_back_[a]", "a != b", BOX_STUDIES),
+    fault("gradient-behind-F", "F' = F L instead of L F", "method/spline_scheme.cpp",
+          "const Mat<D> slope       = @L * p.F[i]@;", "p.F[i] * L", BOX_STUDIES),
+    fault("cut-force-sign", "forces of cut bodies have the wrong sign", "method/spline_scheme.cpp",
+          "r[SplineLane::acceleration + a] = @-sigma[stress_lane<D>(a, b)]@;", "sigma[stress_lane<D>(a, b)]",
+          "pass:FreeSurface.FrozenLatticesAreNeutral"),
+    fault("surface-fed", "jumps of the velocity at free surfaces grow instead of decaying", "method/spline_scheme.cpp",
+          "work.body.v.multiply(ghost_weight * @-rate@,", "rate", "pass:FreeSurface.JumpsOfVelocityDecay"),
+    fault("surface-stays", "a free surface stays where it was", "method/spline_scheme.cpp",
+          "model.surface[k](@p.X[i]@)", "p.x[i]", "verify:Quick/Studies.MeetTheirBars/vibration_free"),
+    fault("cut-line-whole", "points of a cut cell have the weight of their line alone", "grid/cut_rule.hpp",
+          "use(with_axis<D>(foot, axis, y[0]), @of_foot * weight@);", "weight", "unit:CutRule.IntegratesOverCurvedBodies"),
+    fault("jump-of-equal-factors", "each derivative of a spline has the factor of the first", "grid/ghost_penalty.hpp",
+          "const double factor = @(P - r + 1)@ / (axis", "P", "unit:GhostPenalty.IsTheJumpOfTheHighestDerivative"),
 
     # enriched corners and contact
     fault("contact-not-seen", "corners stay nodes of their own where another part is near: parts do not meet",

@@ -11,6 +11,15 @@ constexpr int power_of(int base, int exponent) { return exponent == 0 ? 1 : base
 template <int D>
 using Index = Vec<D, int>;
 
+/// The number of an index among 0 <= k < counts, the first axis fastest.
+template <int D>
+constexpr int number_of(const Index<D>& k, const Index<D>& counts)
+{
+    int r = 0;
+    for (int a = D - 1; a >= 0; --a) r = r * counts[a] + k[a];
+    return r;
+}
+
 /// The indices lo <= k < hi.
 template <int D>
 struct IndexBox {

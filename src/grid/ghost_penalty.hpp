@@ -36,13 +36,8 @@ class GhostPenalty {
     /// `cover` of all cells, the first axis fastest. Faces are those of cut cells towards others that the body sees.
     GhostPenalty(const SplineSpace<D>& space, const Index<D>& cells, const std::vector<Cover>& cover) : space_(space)
     {
-        auto number_of = [&](const Index<D>& cell) {
-            std::size_t r = 0;
-            for (int a = D - 1; a >= 0; --a) r = r * cells[a] + cell[a];
-            return r;
-        };
         IndexBox<D>{{}, cells}.for_each([&](const Index<D>& cell) {
-            const Cover here = cover[number_of(cell)];
+            const Cover here = cover[number_of(cell, cells)];
             if (here == Cover::none) return;
             for (int a = 0; a < D; ++a) {
                 Index<D> next = cell;
@@ -50,7 +45,7 @@ class GhostPenalty {
                     if (!space.axis[a].periodic) continue;
                     next[a] = 0;
                 }
-                const Cover there = cover[number_of(next)];
+                const Cover there = cover[number_of(next, cells)];
                 if (there == Cover::none || (here == Cover::all && there == Cover::all)) continue;
                 if (space.axis[a].span_of(cell[a]) != space.axis[a].span_of(next[a])) faces_.push_back({cell, a});
             }

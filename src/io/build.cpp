@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <utility>
 
 namespace ordo::io {
 
@@ -150,6 +152,25 @@ void require_fillable(const BodyInput& b, const Bounds<D>& bounds, const SubCell
     require_count(b, count, most);
 }
 
+constexpr double kDegree = std::numbers::pi / 180;
+
+/// Of a body of shape ring or cylinder.
+template <int D>
+Tube<D> tube_of(const BodyInput& b)
+{
+    Tube<D> tube{.center = to_vec<D>(b.center), .inner = b.inner_radius.value_or(0.0), .outer = *b.radius};
+    if (!b.angle.empty()) {
+        tube.from = b.angle[0] * kDegree;
+        tube.to   = b.angle[1] * kDegree;
+    }
+    if constexpr (D == 3) {
+        tube.axis   = b.axis.empty() ? 2 : b.axis[0] - 'x';
+        tube.bottom = tube.center[tube.axis] - *b.height / 2;
+        tube.top    = tube.center[tube.axis] + *b.height / 2;
+    }
+    return tube;
+}
+
 template <int D>
 Filling<D> fill_round(const BodyInput& b, const SubCells<D>& cells, const Model<D>& model, double most)
 {
@@ -159,17 +180,7 @@ Filling<D> fill_round(const BodyInput& b, const SubCells<D>& cells, const Model<
         return {fill(ball, cells)};
     }
     if constexpr (D >= 2) {
-        constexpr double degree = std::numbers::pi / 180;
-        Tube<D> tube{.center = to_vec<D>(b.center), .inner = b.inner_radius.value_or(0.0), .outer = *b.radius};
-        if (!b.angle.empty()) {
-            tube.from = b.angle[0] * degree;
-            tube.to   = b.angle[1] * degree;
-        }
-        if constexpr (D == 3) {
-            tube.axis   = b.axis.empty() ? 2 : b.axis[0] - 'x';
-            tube.bottom = tube.center[tube.axis] - *b.height / 2;
-            tube.top    = tube.center[tube.axis] + *b.height / 2;
-        }
+        const Tube<D> tube = tube_of<D>(b);
         if (b.cells != "polar") {
             require_fillable(b, tube.bounds(), cells, model, most);
             return {fill(tube, cells)};
@@ -186,10 +197,10 @@ Filling<D> fill_round(const BodyInput& b, const SubCells<D>& cells, const Model<
         const int radial  = count(b.radial, tube.outer - tube.inner, cells.h[e1] / cells.n[e1]);
         const int angular = count(b.angular, (tube.to - tube.from) * (tube.inner + tube.outer) / 2, cells.h[e2] / cells.n[e2]);
         const int layers  = D == 3 ? count(b.layers, tube.top - tube.bottom, cells.h[tube.axis] / cells.n[tube.axis]) : 1;
-        if ((tube.to - tube.from) / angular > 60 * degree * (1 + 1e-12))
+        if ((tube.to - tube.from) / angular > 60 * kDegree * (1 + 1e-12))
             b.fail("angular",
                    fmt::format("makes cells of {:.3g} degrees; at most 60 are allowed, for a domain is drawn with straight sides",
-                               (tube.to - tube.from) / angular / degree));
+                               (tube.to - tube.from) / angular / kDegree));
         return {fill_polar(tube, radial, angular, layers), polar_cells(tube, radial, angular, layers)};
     }
     throw std::logic_error("fill_round: unhandled shape");
@@ -467,36 +478,72 @@ bool is_closed(const Model<D>& model, int axis, bool above, double at)
            });
 }
 
-/// The free surface of a box: functions that are negative inside, but for its faces on walls of the grid.
+/// The free surface of a built-in shape: functions that are negative inside, without its plane faces on walls and periods of the
+/// grid. None where the grid has to be filled.
 template <int D>
 std::vector<LevelSet<D>> free_surface(const BodyInput& b, const Model<D>& model)
 {
     std::vector<LevelSet<D>> r;
-    for (int a = 0; a < D; ++a) {
-        if (!is_closed(model, a, false, b.lower[a])) r.push_back([a, at = b.lower[a]](const Vec<D>& X) { return at - X[a]; });
-        if (!is_closed(model, a, true, b.upper[a])) r.push_back([a, at = b.upper[a]](const Vec<D>& X) { return X[a] - at; });
+    auto add_plane = [&](const Vec<D>& normal, const Vec<D>& through) {
+        for (int a = 0; a < D; ++a)
+            if (std::fabs(normal[a]) > 1 - 1e-12 && is_closed(model, a, normal[a] > 0, through[a])) return;
+        r.push_back([normal, through](const Vec<D>& X) { return dot(normal, X - through); });
+    };
+    auto add_faces = [&](int a, double lower, double upper) {
+        Vec<D> normal{}, through{};
+        normal[a]  = -1;
+        through[a] = lower;
+        add_plane(normal, through);
+        normal[a]  = 1;
+        through[a] = upper;
+        add_plane(normal, through);
+    };
+    if (b.shape == "box")
+        for (int a = 0; a < D; ++a) add_faces(a, b.lower[a], b.upper[a]);
+    if (b.shape == "ball" && D == 1) add_faces(0, b.center[0] - *b.radius, b.center[0] + *b.radius);
+    if (b.shape == "ball" && D > 1)
+        r.push_back([center = to_vec<D>(b.center), square = *b.radius * *b.radius](const Vec<D>& X) {
+            return dot(X - center, X - center) - square;
+        });
+    if constexpr (D >= 2) {
+        if (b.shape != "ring" && b.shape != "cylinder") return r;
+        const Tube<D> tube = tube_of<D>(b);
+        auto add_round     = [&](double radius, double sign) {
+            r.push_back([tube, radius, sign](const Vec<D>& X) {
+                const double x = X[tube.first()] - tube.center[tube.first()], y = X[tube.second()] - tube.center[tube.second()];
+                return sign * (x * x + y * y - radius * radius);
+            });
+        };
+        add_round(tube.outer, 1);
+        if (tube.inner > 0) add_round(tube.inner, -1);
+        if constexpr (D == 3) add_faces(tube.axis, tube.bottom, tube.top);
+        if (tube.to - tube.from < 2 * std::numbers::pi * (1 - 1e-12)) {
+            if (tube.to - tube.from > std::numbers::pi * (1 + 1e-12))
+                b.fail("angle",
+                       "leaves a notch in the body: splines that are fitted to particles take parts of at most 180 degrees");
+            for (const auto& [angle, sign] : {std::pair{tube.from, 1.0}, {tube.to, -1.0}}) {
+                Vec<D> normal{};
+                normal[tube.first()]  = sign * std::sin(angle);
+                normal[tube.second()] = -sign * std::cos(angle);
+                add_plane(normal, tube.center);
+            }
+        }
     }
     return r;
 }
 
-/// Projection spline-fit takes bodies that fill a grid between walls, or one box, which may end inside it.
+/// Projection spline-fit takes bodies that fill a grid between walls, or one built-in shape, which may end inside it.
 template <int D>
 void set_up_splines(const CaseInput& in, Model<D>& model, int particles)
 {
     const std::string key = in.method.has("projection") ? "projection" : "preset";
-    for (const BodyInput& body : in.bodies)
-        if (body.shape == "ball" || body.shape == "ring" || body.shape == "cylinder")
-            in.method.fail(
-                key, fmt::format("fits splines to particles, which takes no {} yet: on fine meshes waves grow at curved free "
-                                 "surfaces; take a box, or another method",
-                                 body.shape));
-    if (in.bodies.size() == 1 && in.bodies[0].shape == "box") model.surface = free_surface(in.bodies[0], model);
+    if (in.bodies.size() == 1) model.surface = free_surface(in.bodies[0], model);
     double cells = 1;
     for (int a = 0; a < D; ++a) cells *= model.cells[a];
     if (model.surface.empty() && cells > particles)
         in.method.fail(
             key, fmt::format("fits splines on {} cells to {} particles, and wants two or more a cell along each axis: let the "
-                             "bodies fill the grid, or take one that is a box",
+                             "bodies fill the grid, or take one of shape box, ball, ring or cylinder",
                              cells, particles));
     try {
         require_spline_model(model);

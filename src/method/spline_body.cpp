@@ -15,15 +15,12 @@ namespace {
 template <int D, class F>
 void for_each_neighbour(const Model<D>& model, const Index<D>& cell, int reach, const F& f)
 {
-    IndexBox<D>::around(cell, reach).for_each([&](const Index<D>& at) {
-        int number = 0;
-        for (int a = D - 1; a >= 0; --a) {
-            int k = at[a];
-            if (model.periodic[a]) k = (k + model.cells[a]) % model.cells[a];
-            if (k < 0 || k >= model.cells[a]) return;
-            number = number * model.cells[a] + k;
+    IndexBox<D>::around(cell, reach).for_each([&](Index<D> at) {
+        for (int a = 0; a < D; ++a) {
+            if (model.periodic[a]) at[a] = (at[a] + model.cells[a]) % model.cells[a];
+            if (at[a] < 0 || at[a] >= model.cells[a]) return;
         }
-        f(number);
+        f(number_of(at, model.cells));
     });
 }
 

@@ -17,6 +17,10 @@ namespace ordo {
 
 namespace {
 
+/// Penalties of fits and of what is integrated, in parts of the mean of their weights, and the largest rate at which jumps of the
+/// velocity decay by them, c/h; from trials (docs/high_order.md).
+constexpr double kGhostOfFits = 1e-5, kGhostOfMasses = 1e-3, kGhostRate = 5;
+
 /// A scheme of Runge and Kutta in which each stage starts from the slope of the one before.
 struct RungeKutta {
     int stages;
@@ -241,6 +245,9 @@ SplineScheme<D>::SplineScheme(const Model<D>& model) : cells_(model.cells), is_c
     const MethodSpec& method = model.method;
     const int degree = degree_of(method.basis), stress_degree = static_cast<int>(method.stress_degree);
     points_      = std::max(degree, stress_degree) + 1;
+    per_cell_    = power_of(points_, D);
+    cell_count_  = number_of(cells_ - Index<D>::filled(1), cells_) + 1;
+    gauss_count_ = cell_count_ * per_cell_;
     cell_volume_ = 1.0;
     for (int a = 0; a < D; ++a) {
         cell_volume_ *= model.h[a];
@@ -339,17 +346,9 @@ void SplineScheme<D>::hold_walls(const Model<D>& model)
 }
 
 template <int D>
-Cover SplineScheme<D>::cover_in(const State<D>& s, int cell)
+Cover SplineScheme<D>::cover_of(const State<D>& s, int cell) const
 {
-    return s.spline.body.cover[cell];
-}
-
-template <int D>
-int SplineScheme<D>::number_of(const Index<D>& cell) const
-{
-    int r = 0;
-    for (int a = D - 1; a >= 0; --a) r = r * cells_[a] + cell[a];
-    return r;
+    return is_cut_ ? s.spline.body.cover[cell] : Cover::all;
 }
 
 /// Rows of a cell's functions at its Gauss points.
@@ -364,7 +363,7 @@ Vec<D, const double*> SplineScheme<D>::tables(const SplineSpace<D>& space, int s
     return r;
 }
 
-/// f(cell) for all of them; those that share a function one after another, in one order for any number of threads.
+/// f(cell, its number) for all of them; those that share a function one after another, in one order for any number of threads.
 template <int D>
 template <class F>
 void SplineScheme<D>::for_each_cell(F&& f) const
@@ -373,7 +372,20 @@ void SplineScheme<D>::for_each_cell(F&& f) const
     for (int a = 0; a < D; ++a) visits *= v_space_.axis[a].degree + 1;
     for (const auto& colour : blocks_)
         parallel_for(
-            static_cast<std::ptrdiff_t>(colour.size()), [&](std::ptrdiff_t k) { colour[k].for_each(f); }, visits > 10000);
+            static_cast<std::ptrdiff_t>(colour.size()),
+            [&](std::ptrdiff_t k) { colour[k].for_each([&](const Index<D>& cell) { f(cell, number_of(cell, cells_)); }); },
+            visits > 10000);
+}
+
+/// f(cell, its number, what of it the body covers) for those of which it covers some.
+template <int D>
+template <class F>
+void SplineScheme<D>::for_each_covered_cell(const State<D>& s, F&& f) const
+{
+    for_each_cell([&](const Index<D>& cell, int number) {
+        const Cover cover = cover_of(s, number);
+        if (cover != Cover::none) f(cell, number, cover);
+    });
 }
 
 /// Lists of the particles of each cell, and their weights.
@@ -383,21 +395,20 @@ void SplineScheme<D>::sort(const Model<D>& model, State<D>& s) const
     SplineWork<D>& work     = s.spline;
     const ParticleView<D> p = s.particles.view();
     auto place              = [&](int i, int a) { return v_space_.axis[a].inside((p.x[i][a] - model.origin[a]) / model.h[a]); };
-    const int cell_count    = number_of(cells_ - Index<D>::filled(1)) + 1;
     Array<std::uint64_t> keys(p.count);
     parallel_for_each(p.count, [&](std::ptrdiff_t i) {
         Index<D> cell{};
         for (int a = 0; a < D; ++a) cell[a] = v_space_.axis[a].cell_of(place(static_cast<int>(i), a));
-        keys[i] = static_cast<std::uint64_t>(number_of(cell));
+        keys[i] = static_cast<std::uint64_t>(number_of(cell, cells_));
     });
-    work.order = sort_keys(keys, static_cast<std::uint64_t>(cell_count));
+    work.order = sort_keys(keys, static_cast<std::uint64_t>(cell_count_));
     if (work.order.empty()) {
         work.order = Array<int>(p.count);
         for (int i = 0; i < p.count; ++i) work.order[i] = i;
     }
-    work.first.assign(cell_count + 1, 0);
+    work.first.assign(cell_count_ + 1, 0);
     for (const std::uint64_t key : keys) ++work.first[key + 1];
-    for (int c = 0; c < cell_count; ++c) work.first[c + 1] += work.first[c];
+    for (int c = 0; c < cell_count_; ++c) work.first[c + 1] += work.first[c];
 
     auto fill = [&](const SplineSpace<D>& space, SampleRows& rows) {
         with_degree(space.axis[0].degree, [&]<int P>() {
@@ -623,7 +634,7 @@ void SplineScheme<D>::require_enough(const Model<D>& model, State<D>& s, const S
     if (singular >= 0) refuse(singular);
     if (system.ghost) {
         clear(s.spline.q, system.space.count());
-        fill_weights(s);
+        fill_points(s, [&](std::ptrdiff_t k) { return point_weight(s.spline.body.points, k); });
         integrate_at_points(
             s, system.space, -1, [](const Lanes& weight) { return weight; }, s.spline.q.data());
     }
@@ -661,8 +672,7 @@ void SplineScheme<D>::fit(const Model<D>& model, State<D>& s, const FitTask& tas
     clear(work.b, functions);
     clear(work.sums, functions);
     with_degree(task.space.axis[0].degree, [&]<int P>() {
-        for_each_cell([&](const Index<D>& cell) {
-            const int number = number_of(cell);
+        for_each_cell([&](const Index<D>& cell, int number) {
             spread_cell<D, P>(
                 task.space, work, task.rows, cell, number, [&](int i) { return value(i) * weight(i); }, work.b.data());
             spread_cell<D, P>(task.space, work, task.rows, cell, number, weight, work.sums.data());
@@ -671,8 +681,7 @@ void SplineScheme<D>::fit(const Model<D>& model, State<D>& s, const FitTask& tas
         std::optional<CutFactor<D>> factor;
         if (task.ghost) {
             factor.emplace(task.space);
-            for_each_cell([&](const Index<D>& cell) {
-                const int number = number_of(cell);
+            for_each_cell([&](const Index<D>& cell, int number) {
                 CellBlock<D, P> block;
                 for (int k = work.first[number]; k < work.first[number + 1]; ++k) {
                     Vec<D, const double*> rows{};
@@ -706,8 +715,8 @@ void SplineScheme<D>::fit(const Model<D>& model, State<D>& s, const FitTask& tas
                             ghost_weight,
                             factor ? &*factor : nullptr,
                             [&](const Lanes* from, Lanes* to) {
-                                for_each_cell([&](const Index<D>& cell) {
-                                    multiply_cell<D, P>(task.space, work, task.rows, cell, number_of(cell), weight, from, to);
+                                for_each_cell([&](const Index<D>& cell, int number) {
+                                    multiply_cell<D, P>(task.space, work, task.rows, cell, number, weight, from, to);
                                 });
                             }};
         if (!task.ghost || task.is_known) require_enough(model, s, system, task.volume, singular);
@@ -791,16 +800,10 @@ template <int D>
 void SplineScheme<D>::find_density(const Model<D>& model, State<D>& s) const
 {
     SplineWork<D>& work = s.spline;
-    const int per_cell = power_of(points_, D), cell_count = number_of(cells_ - Index<D>::filled(1)) + 1;
-    const auto none = std::numeric_limits<int>::max();
-    keep_room(work.density, static_cast<std::size_t>(cell_count) * per_cell);
-    keep_room(work.cut_density, static_cast<std::size_t>(work.body.points.count()));
-    std::vector<unsigned char> is_negative(cell_count, 0);
+    keep_room(work.density, gauss_count_ + work.body.points.count());
+    std::vector<unsigned char> is_negative(cell_count_, 0);
     with_degree(v_space_.axis[0].degree, [&]<int P>() {
-        for_each_cell([&](const Index<D>& at) {
-            const int number  = number_of(at);
-            const Cover cover = cover_of(s, number);
-            if (cover == Cover::none) return;
+        for_each_covered_cell(s, [&](const Index<D>& at, int number, Cover cover) {
             SplineCell<D, P> cell(v_space_, at);
             cell.load(work.v.data());
             auto note = [&](double density) {
@@ -810,25 +813,23 @@ void SplineScheme<D>::find_density(const Model<D>& model, State<D>& s) const
             if (cover == Cover::part) {
                 const CutPoints& points = work.body.points;
                 for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k)
-                    work.cut_density[k] =
+                    work.density[gauss_count_ + k] =
                         points.weights[k] * note(cell.collect(points.v_values.data() + k * points.v_width)[SplineLane::density]);
                 return;
             }
             CellQuadrature<D, P> q(tables(v_space_, -1, at), points_);
             q.evaluate(cell);
-            for (int g = 0; g < per_cell; ++g)
-                work.density[static_cast<std::ptrdiff_t>(number) * per_cell + g] =
-                    gauss_weights_[g] * note(q.values[g][SplineLane::density]);
+            for (std::ptrdiff_t g = 0; g < per_cell_; ++g)
+                work.density[number * per_cell_ + g] = gauss_weights_[g] * note(q.values[g][SplineLane::density]);
         });
     });
-    int bad = none;
-    for (int c = 0; c < cell_count && bad == none; ++c)
-        if (is_negative[c]) bad = c;
-    if (bad == none) return;
+    const auto bad = std::find(is_negative.begin(), is_negative.end(), 1);
+    if (bad == is_negative.end()) return;
+    auto rest = static_cast<int>(bad - is_negative.begin());
     Vec<D> y{};
     for (int a = 0; a < D; ++a) {
-        y[a] = bad % cells_[a] + 0.5;
-        bad /= cells_[a];
+        y[a] = rest % cells_[a] + 0.5;
+        rest /= cells_[a];
     }
     throw NumericalError(
         fmt::format("step {}, t = {:.6g} s: the density that fits the particles is not positive in the cell at {}: "
@@ -840,12 +841,8 @@ void SplineScheme<D>::find_density(const Model<D>& model, State<D>& s) const
 template <int D>
 void SplineScheme<D>::multiply_mass(const State<D>& s, const Lanes* from, Lanes* to) const
 {
-    const int per_cell = power_of(points_, D);
     with_degree(v_space_.axis[0].degree, [&]<int P>() {
-        for_each_cell([&](const Index<D>& at) {
-            const int number  = number_of(at);
-            const Cover cover = cover_of(s, number);
-            if (cover == Cover::none) return;
+        for_each_covered_cell(s, [&](const Index<D>& at, int number, Cover cover) {
             SplineCell<D, P> cell(v_space_, at);
             cell.load(from);
             if (cover == Cover::part) {
@@ -854,83 +851,71 @@ void SplineScheme<D>::multiply_mass(const State<D>& s, const Lanes* from, Lanes*
                 out.clear();
                 for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k) {
                     const double* w = points.v_values.data() + k * points.v_width;
-                    out.spread(w, cell.collect(w) * s.spline.cut_density[k]);
+                    out.spread(w, cell.collect(w) * s.spline.density[gauss_count_ + k]);
                 }
                 out.add_to(to);
                 return;
             }
             CellQuadrature<D, P> q(tables(v_space_, -1, at), points_);
             q.evaluate(cell);
-            const double* density = s.spline.density.data() + static_cast<std::ptrdiff_t>(number) * per_cell;
-            for (int g = 0; g < per_cell; ++g) q.values[g] = q.values[g] * density[g];
+            const double* density = s.spline.density.data() + number * per_cell_;
+            for (std::ptrdiff_t g = 0; g < per_cell_; ++g) q.values[g] = q.values[g] * density[g];
             q.integrate(cell);
             cell.add_to(to);
         });
     });
 }
 
-namespace {
-
 /// Row of a cut point for a space, with slopes along one axis where it is not -1.
-template <int D, int P>
-void cut_row(const CutPoints& points, std::ptrdiff_t k, const std::vector<double>& values, int slope_axis,
-             double (&w)[D * (P + 1)])
+template <int D>
+template <int P>
+std::array<double, D*(P + 1)> SplineScheme<D>::cut_row(const CutPoints& points, std::ptrdiff_t k, const SplineSpace<D>& space,
+                                                       int slope_axis) const
 {
-    constexpr int width = D * (P + 1);
-    std::copy_n(values.data() + k * width, width, w);
-    if (slope_axis >= 0) std::copy_n(points.v_slopes.data() + k * width + slope_axis * (P + 1), P + 1, w + slope_axis * (P + 1));
+    std::array<double, D*(P + 1)> w;
+    std::copy_n((&space == &s_space_ ? points.s_values : points.v_values).data() + k * std::ssize(w), w.size(), w.data());
+    if (slope_axis >= 0) {
+        const std::ptrdiff_t at = slope_axis * (P + 1);
+        std::copy_n(points.v_slopes.data() + k * std::ssize(w) + at, P + 1, w.data() + at);
+    }
+    return w;
 }
 
-}  // namespace
+template <int D>
+template <class Value>
+void SplineScheme<D>::fill_points(State<D>& s, const Value& value) const
+{
+    const std::ptrdiff_t count = gauss_count_ + s.spline.body.points.count();
+    keep_room(s.spline.at_points, count);
+    parallel_for_each(count, [&](std::ptrdiff_t k) { s.spline.at_points[k] = Lanes(value(k)); });
+}
 
 template <int D>
-void SplineScheme<D>::fill_weights(State<D>& s) const
+double SplineScheme<D>::point_weight(const CutPoints& points, std::ptrdiff_t k) const
 {
-    const auto per_cell = static_cast<std::ptrdiff_t>(gauss_weights_.size()), cells = std::ssize(s.spline.body.cover);
-    const CutPoints& points = s.spline.body.points;
-    keep_room(s.spline.at_points, cells * per_cell + points.count());
-    parallel_for_each(cells * per_cell, [&](std::ptrdiff_t k) { s.spline.at_points[k] = Lanes(gauss_weights_[k % per_cell]); });
-    for (std::ptrdiff_t k = 0; k < points.count(); ++k) s.spline.at_points[cells * per_cell + k] = Lanes(points.weights[k]);
+    return k < gauss_count_ ? gauss_weights_[k % per_cell_] : points.weights[k - gauss_count_];
 }
 
 template <int D>
 void SplineScheme<D>::evaluate_at_points(State<D>& s, const SplineSpace<D>& space, int slope_axis, const Lanes* from) const
 {
-    fill_weights(s);
     const CutPoints& points = s.spline.body.points;
-    const auto per_cell = static_cast<std::ptrdiff_t>(gauss_weights_.size()), cells = std::ssize(s.spline.body.cover);
-    const std::vector<double>& values = &space == &s_space_ ? points.s_values : points.v_values;
+    Array<Lanes>& to        = s.spline.at_points;
+    keep_room(to, gauss_count_ + points.count());
     with_degree(space.axis[0].degree, [&]<int P>() {
-        for_each_cell([&](const Index<D>& at) {
-            const int number = number_of(at);
-            if (cover_of(s, number) == Cover::none) return;
+        for_each_covered_cell(s, [&](const Index<D>& at, int number, Cover cover) {
             SplineCell<D, P> cell(space, at);
             cell.load(from);
-            if (cover_of(s, number) == Cover::all) {
+            if (cover == Cover::all) {
                 CellQuadrature<D, P> q(tables(space, slope_axis, at), points_);
                 q.evaluate(cell);
-                Lanes* to = s.spline.at_points.data() + number * per_cell;
-                for (std::ptrdiff_t g = 0; g < per_cell; ++g) to[g] *= q.values[g];
+                for (std::ptrdiff_t g = 0; g < per_cell_; ++g) to[number * per_cell_ + g] = q.values[g] * gauss_weights_[g];
                 return;
             }
-            for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k) {
-                double w[D * (P + 1)];
-                cut_row<D, P>(points, k, values, slope_axis, w);
-                s.spline.at_points[cells * per_cell + k] *= cell.collect(w);
-            }
+            for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k)
+                to[gauss_count_ + k] = cell.collect(cut_row<P>(points, k, space, slope_axis).data()) * points.weights[k];
         });
     });
-}
-
-/// The same with masses.
-template <int D>
-void SplineScheme<D>::fill_masses(State<D>& s) const
-{
-    SplineWork<D>& work = s.spline;
-    const auto whole    = std::ssize(work.body.cover) * static_cast<std::ptrdiff_t>(gauss_weights_.size());
-    keep_room(work.at_points, whole + work.body.points.count());
-    parallel_for_each(whole, [&](std::ptrdiff_t k) { work.at_points[k] = Lanes(work.density[k]); });
-    for (std::ptrdiff_t k = 0; k < work.body.points.count(); ++k) work.at_points[whole + k] = Lanes(work.cut_density[k]);
 }
 
 /// Of the matrix with work.at_points for weights, and a penalty.
@@ -940,16 +925,12 @@ CutFactor<D> SplineScheme<D>::factor_at_points(const State<D>& s, const SplineSp
 {
     CutFactor<D> factor(space);
     const CutPoints& points = s.spline.body.points;
-    const auto per_cell = static_cast<std::ptrdiff_t>(gauss_weights_.size()), cells = std::ssize(s.spline.body.cover);
-    const std::vector<double>& values = &space == &s_space_ ? points.s_values : points.v_values;
     with_degree(space.axis[0].degree, [&]<int P>() {
-        for_each_cell([&](const Index<D>& at) {
-            const int number = number_of(at);
-            if (cover_of(s, number) == Cover::none) return;
+        for_each_covered_cell(s, [&](const Index<D>& at, int number, Cover cover) {
             CellBlock<D, P> block;
-            if (cover_of(s, number) == Cover::all) {
+            if (cover == Cover::all) {
                 const Vec<D, const double*> table = tables(space, -1, at);
-                std::ptrdiff_t g                  = number * per_cell;
+                std::ptrdiff_t g                  = number * per_cell_;
                 IndexBox<D>{{}, Index<D>::filled(points_)}.for_each([&](const Index<D>& k) {
                     Vec<D, const double*> rows{};
                     for (int a = 0; a < D; ++a) rows[a] = table[a] + k[a] * (P + 1);
@@ -957,9 +938,10 @@ CutFactor<D> SplineScheme<D>::factor_at_points(const State<D>& s, const SplineSp
                 });
             }
             for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k) {
+                const auto row = cut_row<P>(points, k, space, -1);
                 Vec<D, const double*> rows{};
-                for (int a = 0; a < D; ++a) rows[a] = values.data() + (k * D + a) * (P + 1);
-                block.add(rows, s.spline.at_points[cells * per_cell + k][0]);
+                for (int a = 0; a < D; ++a) rows[a] = row.data() + a * (P + 1);
+                block.add(rows, s.spline.at_points[gauss_count_ + k][0]);
             }
             block.add_to(space, at, factor);
         });
@@ -974,25 +956,18 @@ void SplineScheme<D>::integrate_at_points(State<D>& s, const SplineSpace<D>& spa
                                           Lanes* to) const
 {
     const CutPoints& points = s.spline.body.points;
-    const auto per_cell = static_cast<std::ptrdiff_t>(gauss_weights_.size()), cells = std::ssize(s.spline.body.cover);
-    const std::vector<double>& values = &space == &s_space_ ? points.s_values : points.v_values;
     with_degree(space.axis[0].degree, [&]<int P>() {
-        for_each_cell([&](const Index<D>& at) {
-            const int number = number_of(at);
-            if (cover_of(s, number) == Cover::none) return;
+        for_each_covered_cell(s, [&](const Index<D>& at, int number, Cover cover) {
             SplineCell<D, P> cell(space, at);
             cell.clear();
-            if (cover_of(s, number) == Cover::all) {
+            if (cover == Cover::all) {
                 CellQuadrature<D, P> q(tables(space, slope_axis, at), points_);
-                const Lanes* from = s.spline.at_points.data() + number * per_cell;
-                for (std::ptrdiff_t g = 0; g < per_cell; ++g) q.values[g] = value(from[g]);
+                const Lanes* from = s.spline.at_points.data() + number * per_cell_;
+                for (std::ptrdiff_t g = 0; g < per_cell_; ++g) q.values[g] = value(from[g]);
                 q.integrate(cell);
             }
-            for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k) {
-                double w[D * (P + 1)];
-                cut_row<D, P>(points, k, values, slope_axis, w);
-                cell.spread(w, value(s.spline.at_points[cells * per_cell + k]));
-            }
+            for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k)
+                cell.spread(cut_row<P>(points, k, space, slope_axis).data(), value(s.spline.at_points[gauss_count_ + k]));
             cell.add_to(to);
         });
     });
@@ -1019,7 +994,7 @@ void SplineScheme<D>::project_gradient_of_body(const Model<D>& model, State<D>& 
     SplineWork<D>& work         = s.spline;
     const std::size_t functions = s_space_.count();
     auto same                   = [](const Lanes& value) { return value; };
-    fill_weights(s);
+    fill_points(s, [&](std::ptrdiff_t k) { return point_weight(s.spline.body.points, k); });
     const CutFactor<D> factor = factor_at_points(s, s_space_, work.body.s, kGhostOfMasses * cell_volume_);
     clear(work.sums, functions);
     integrate_at_points(s, s_space_, -1, same, work.sums.data());
@@ -1068,6 +1043,21 @@ void SplineScheme<D>::subtract_force_of_full_grid(State<D>& s) const
     }
 }
 
+/// b -= kGhostRate c/h G v, G the penalty of M: jumps of the velocity across faces of cut cells decay. Without that, displacements of
+/// the highest wave numbers grow at surfaces with stress along them (docs/high_order.md).
+template <int D>
+void SplineScheme<D>::damp_surface(const Model<D>& model, State<D>& s, const Lanes& ghost_weight) const
+{
+    SplineWork<D>& work = s.spline;
+    const double rate   = kGhostRate * model.materials[0].wave_speed() / *std::min_element(model.h.c, model.h.c + D);
+    keep_room(work.q, v_space_.count());
+    parallel_for_each(static_cast<std::ptrdiff_t>(v_space_.count()), [&](std::ptrdiff_t i) {
+        work.q[i] = Lanes(0.0);
+        for (int a = 0; a < D; ++a) work.q[i][SplineLane::acceleration + a] = work.v[i][SplineLane::velocity + a];
+    });
+    work.body.v.multiply(ghost_weight * -rate, work.q.data(), work.b.data());
+}
+
 /// M a = M b - int s_h grad N_i.
 template <int D>
 void SplineScheme<D>::solve_acceleration(const Model<D>& model, State<D>& s) const
@@ -1089,10 +1079,12 @@ void SplineScheme<D>::solve_acceleration(const Model<D>& model, State<D>& s) con
         work.body.v.multiply(ghost_weight, work.part.data(), work.sums.data());
     }
     clear(work.b, functions);
-    if (is_cut_)
+    if (is_cut_) {
         subtract_force(s);
-    else
+        if (D > 1) damp_surface(model, s, ghost_weight);
+    } else {
         subtract_force_of_full_grid(s);
+    }
     parallel_for_each(static_cast<std::ptrdiff_t>(functions), [&](std::ptrdiff_t i) {
         work.b[i] += work.sums[i] * only;
         work.sums[i] = Lanes(work.sums[i][SplineLane::density]);
@@ -1103,7 +1095,7 @@ void SplineScheme<D>::solve_acceleration(const Model<D>& model, State<D>& s) con
     const bool is_exact = D == 1 && !is_cut_;
     std::optional<CutFactor<D>> factor;
     if (is_cut_) {
-        fill_masses(s);
+        fill_points(s, [&](std::ptrdiff_t k) { return work.density[k]; });
         factor.emplace(factor_at_points(s, v_space_, work.body.v, ghost_weight[0]));
     }
     if (is_exact) {
@@ -1179,23 +1171,21 @@ void SplineScheme<D>::evaluate(const Model<D>& model, State<D>& s, StageTimes* t
     parallel_for_each(static_cast<std::ptrdiff_t>(v_space_.count()),
                       [&](std::ptrdiff_t i) { work.part[i] = work.v[i] * (1.0 - only) + work.a[i] * only; });
     with_degree(v_space_.axis[0].degree, [&]<int P>() {
-        for_each_cell([&](const Index<D>& cell) {
-            collect_cell<D, P>(v_space_, work, work.v_rows, cell, number_of(cell), work.part.data(),
-                               [&](int i, const Lanes& sum) {
-                                   for (int a = 0; a < D; ++a) {
-                                       work.v_at[i][a] = sum[SplineLane::velocity + a];
-                                       work.a_at[i][a] = sum[SplineLane::acceleration + a];
-                                   }
-                               });
+        for_each_cell([&](const Index<D>& cell, int number) {
+            collect_cell<D, P>(v_space_, work, work.v_rows, cell, number, work.part.data(), [&](int i, const Lanes& sum) {
+                for (int a = 0; a < D; ++a) {
+                    work.v_at[i][a] = sum[SplineLane::velocity + a];
+                    work.a_at[i][a] = sum[SplineLane::acceleration + a];
+                }
+            });
         });
     });
     with_degree(s_space_.axis[0].degree, [&]<int P>() {
-        for_each_cell([&](const Index<D>& cell) {
+        for_each_cell([&](const Index<D>& cell, int number) {
             for (int b = 0; b < D; ++b)
-                collect_cell<D, P>(s_space_, work, work.s_rows, cell, number_of(cell), work.L[b].data(),
-                                   [&](int i, const Lanes& sum) {
-                                       for (int a = 0; a < D; ++a) work.L_at[i](a, b) = sum[SplineLane::velocity + a];
-                                   });
+                collect_cell<D, P>(s_space_, work, work.s_rows, cell, number, work.L[b].data(), [&](int i, const Lanes& sum) {
+                    for (int a = 0; a < D; ++a) work.L_at[i](a, b) = sum[SplineLane::velocity + a];
+                });
         });
     });
 }
@@ -1298,7 +1288,7 @@ bool SplineScheme<D>::is_seen(const State<D>& s, const Index<D>& vertex) const
     IndexBox<D>{vertex - Index<D>::filled(1), vertex + Index<D>::filled(1)}.for_each([&](const Index<D>& cell) {
         for (int a = 0; a < D; ++a)
             if (cell[a] < 0 || cell[a] >= cells_[a]) return;
-        r = r || cover_of(s, number_of(cell)) != Cover::none;
+        r = r || cover_of(s, number_of(cell, cells_)) != Cover::none;
     });
     return r;
 }

@@ -61,12 +61,12 @@ struct SplineWork {
     Array<Lanes> v, a;              ///< splines of velocity, density and body force, and of the acceleration, see SplineLane
     Array<Lanes> s;                 ///< of the stress, see stress_lane
     std::array<Array<Lanes>, D> L;  ///< of the columns of the velocity gradient
-    Array<double> density;          ///< at Gauss points, cell by cell, times their weights, kg
     SplineBody<D> body;             ///< of bodies with free surfaces
-    Array<double> cut_density;      ///< at the points of cut cells, times their weights, kg
     Array<Lanes> surface;           ///< splines of its functions, a lane each
-    Array<Lanes> at_points;         ///< a field at Gauss points, cell by cell, then at those of cut cells
-    bool is_near = false;           ///< `v` and `s` are near those of the next fit: stages of a step
+    /// Times their weights, at the Gauss points of all cells, cell by cell, and behind them at those of cut cells: kg; any field.
+    Array<double> density;
+    Array<Lanes> at_points;
+    bool is_near = false;  ///< `v` and `s` are near those of the next fit: stages of a step
     enum Solve { kVelocity, kStress, kMass, kGradient };
     std::array<long, 4> iterations{};  ///< of conjugate gradients, in the last step
 
@@ -143,19 +143,24 @@ class SplineScheme {
     /// On bodies with free surfaces, by quadrature: b -= int s_h grad N_i, and the projection of the gradient.
     void subtract_force(State<D>& s) const;
     void project_gradient_of_body(const Model<D>& model, State<D>& s) const;
-    /// work.at_points = weights times splines of a space, or times their slopes along an axis; and to += the transposed. The weights
-    /// are volumes.
+    void damp_surface(const Model<D>& model, State<D>& s, const Lanes& ghost_weight) const;
+    /// work.at_points = weights, volumes, times splines of a space, or times their slopes along an axis; and to += the transposed
+    /// of value(work.at_points).
     void evaluate_at_points(State<D>& s, const SplineSpace<D>& space, int slope_axis, const Lanes* from) const;
     template <class Value>
     void integrate_at_points(State<D>& s, const SplineSpace<D>& space, int slope_axis, const Value& value, Lanes* to) const;
-    void fill_weights(State<D>& s) const;
-    void fill_masses(State<D>& s) const;
+    /// work.at_points = value(k).
+    template <class Value>
+    void fill_points(State<D>& s, const Value& value) const;
+    double point_weight(const CutPoints& points, std::ptrdiff_t k) const;
+    template <int P>
+    std::array<double, D*(P + 1)> cut_row(const CutPoints& points, std::ptrdiff_t k, const SplineSpace<D>& space,
+                                          int slope_axis) const;
     CutFactor<D> factor_at_points(const State<D>& s, const SplineSpace<D>& space, const GhostPenalty<D>& ghost,
                                   double ghost_weight) const;
     template <class Weight>
     static Lanes mean_weight(const State<D>& s, const Weight& weight);
-    Cover cover_of(const State<D>& s, int cell) const { return is_cut_ ? cover_in(s, cell) : Cover::all; }
-    static Cover cover_in(const State<D>& s, int cell);
+    Cover cover_of(const State<D>& s, int cell) const;
     bool is_seen(const State<D>& s, const Index<D>& vertex) const;
     void subtract_force_of_full_grid(State<D>& s) const;
     Vec<D, const double*> tables(const SplineSpace<D>& space, int slope_axis, const Index<D>& cell) const;
@@ -183,17 +188,19 @@ class SplineScheme {
 
     template <class F>
     void for_each_cell(F&& f) const;
-    int number_of(const Index<D>& cell) const;
+    template <class F>
+    void for_each_covered_cell(const State<D>& s, F&& f) const;
 
     SplineSpace<D> v_space_, s_space_;
     Index<D> cells_{};
-    int points_         = 0;                             ///< Gauss points of a cell along an axis
-    double cell_volume_ = 0.0;                           ///< m^D
-    GaussRows gauss_[D], gauss_slopes_[D], s_gauss_[D];  ///< of the velocity's functions, and of the stress'
-    std::vector<double> gauss_weights_;                  ///< of the Gauss points of a cell, m^D
-    bool is_cut_ = false;                                ///< bodies have free surfaces
-    // Penalties of fits and of what is integrated, in parts of the mean of their weights (docs/high_order.md).
-    static constexpr double kGhostOfFits = 1e-5, kGhostOfMasses = 1e-3;
+    int cell_count_             = 0;
+    int points_                 = 0;                       ///< Gauss points of a cell along an axis
+    std::ptrdiff_t per_cell_    = 0;                       ///< of a cell
+    std::ptrdiff_t gauss_count_ = 0;                       ///< of all cells
+    double cell_volume_         = 0.0;                     ///< m^D
+    GaussRows gauss_[D], gauss_slopes_[D], s_gauss_[D];    ///< of the velocity's functions, and of the stress'
+    std::vector<double> gauss_weights_;                    ///< of the Gauss points of a cell, m^D
+    bool is_cut_ = false;                                  ///< bodies have free surfaces
     std::array<std::vector<IndexBox<D>>, 1 << D> blocks_;  ///< of cells; those of a colour share no function
 
     std::vector<Held> held_;

@@ -214,6 +214,37 @@ TEST(FreeSurface, FindsPolynomialsAndTheirGradients)
     check_free_polynomials<3>(find_preset("spline3")->spec);
 }
 
+/// Without stress nothing accelerates but what is left of a velocity's jumps at the surface.
+TEST(FreeSurface, JumpsOfVelocityDecay)
+{
+    const Explicit<2> method(free_ball<2>(12, find_preset("spline4")->spec));
+    State<2> s       = start_ball<2>(method);
+    Particles<2>& p  = s.particles;
+    const auto power = [&](auto&& velocity) {  // and the largest acceleration
+        for (int i = 0; i < p.count; ++i) p.v[i] = velocity(p.x[i]);
+        s.spline.is_near = false;
+        method.splines()->evaluate(method.model(), s);
+        std::pair<double, double> r{};
+        for (int i = 0; i < p.count; ++i) {
+            r.first += p.m[i] * dot(s.spline.v_at[i], s.spline.a_at[i]);
+            r.second = std::max(r.second, norm(s.spline.a_at[i]));
+        }
+        return r;
+    };
+    const double rate = method.model().materials[0].wave_speed() / method.model().h[0];
+    EXPECT_LT(power([](const Vec<2>& x) {
+                  return Vec<2>{x[0] * x[0] * x[1] - x[1], (x[0] - 0.3) * x[1] * x[1]};
+              }).second,
+              1e-9 * rate);
+    test::Random random(3);
+    const auto [decay, largest] = power([&](const Vec<2>&) {
+        return Vec<2>{test::uniform(random, -1, 1), test::uniform(random, -1, 1)};
+    });
+    EXPECT_LT(decay, 0);
+    EXPECT_GT(largest, 1e-3 * rate);
+    EXPECT_LT(largest, 30 * rate);
+}
+
 TEST(FreeSurface, FrozenLatticesAreNeutral)
 {
     for (const std::string& preset : spline_presets()) {

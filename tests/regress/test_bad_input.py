@@ -157,7 +157,7 @@ CASE_FAULTS = [
     ("interface without one", ["[method]\npreset = 'cpdi2'\nenrichment = @'interface'\n"], "method.enrichment", "no two bodies share a corner"),
     ("point of the grid where nothing is on it", ["[method]\npreset = 'fem'\n", "[[probe]]\nname = 'p'\npoint = @0.5\n"], "probe[0].point", "particle"),
     ("splines and a plane inside the grid", ["[method]\npreset = 'bsmpm'\n", wall("x-min", "fixed") + "at = @0.1\n"], "boundary[0].at", "let the grid end there"),
-    ("splines and a ball", ["[method]\npreset = @'spline4'\n", WALLS], "method.preset", "take a box"),
+    ("splines and three quarters of a ring", ["[method]\npreset = 'spline4'\n", ring("inner_radius = 0.2\nangle = @[0, 270]\n")], "body[0].angle", "leaves a notch"),
     ("splines and two boxes", [BOXES, "[method]\npreset = @'spline4'\n"], "method.preset", "put a [[boundary]]"),
     ("hats fitted to a free body", [HALF, "[method]\npreset = @'spline4'\nbasis = 'hat'\nstress_degree = 1\nremoved_stress_knots = 0\n"], "method.preset", "waves grow"),
     ("splines and a wall that moves", [WHOLE, "[method]\npreset = @'spline4'\n", WALLS, wall("y-max", "velocity") + "value = [1, 0]\n"], "method.preset", "walls at rest"),
