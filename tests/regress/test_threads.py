@@ -3,7 +3,7 @@
 The cases are large enough for several tiles of cells and several pieces of each reduction.
 """
 
-from harness import CASE, PRESETS, TWO_DISKS, InTemporaryDirectory, contents, edit
+from harness import CASE, PRESETS, TWO_DISKS, InTemporaryDirectory, contents, edit, history
 
 FINE_DISKS = ["--set", "grid.spacing=0.025", "--set", "time.end=0.05", "--set", "output.interval=0.025", "--set", "output.grid=true"]
 
@@ -54,6 +54,19 @@ class Threads(InTemporaryDirectory):
 
     def test_splines_of_a_free_strip(self):
         self.assert_same_for_any_threads(self.write("case.toml", PERIODIC), "--set", "method.preset=spline3", "--set", "grid.spacing=0.125")
+
+    def test_splines_of_a_free_ring(self):
+        """A quarter of it between symmetry planes; its energy stays."""
+        ring = edit(
+            PERIODIC,
+            ("shape = 'box'\nlower = [0.0, 0.25]\nupper = [1.0, 0.75]", "shape = 'ring'\ncenter = 0.0\ninner_radius = 0.3\nradius = 0.6\nangle = [0, 90]\ncells = 'polar'"),
+            ("'10', '0.1*sin(2*pi*x)'", "'x', 'y'"),
+            ("face = 'x-min'\ntype = 'periodic'", "face = ['x-min', 'y-min']\ntype = 'symmetry'"),
+        )
+        self.assert_same_for_any_threads(self.write("case.toml", ring), "--set", "method.preset=spline3", "--set", "grid.spacing=0.1")
+        energy = history(self.dir / "threads 1")["total_energy"]
+        self.assertGreater(len(energy), 3)
+        self.assertAlmostEqual(energy[-1] / energy[0], 1, delta=1e-3)
 
     def test_consistent_mass(self):
         for preset in ("bsmpm", "ddmpm", "tls-bsmpm"):
