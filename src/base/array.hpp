@@ -101,4 +101,11 @@ class Array {
     std::size_t size_ = 0;
 };
 
+/// Room for n elements, and for more once their number has grown: it changes from step to step.
+template <class T>
+void keep_room(Array<T>& array, std::size_t n)
+{
+    if (array.size() < n) array = Array<T>(array.empty() ? n : n + n / 4);
+}
+
 }  // namespace ordo

@@ -1,12 +1,15 @@
 // Banded matrices along one axis: symmetric ones, factored, and rectangular ones between two spaces of splines.
 #pragma once
 
+#include "base/array.hpp"
 #include "base/lanes.hpp"
 #include "base/parallel.hpp"
 #include "grid/spline_axis.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <utility>
 #include <vector>
 
@@ -171,6 +174,29 @@ void for_each_line(const Index<D>& counts, int axis, F&& f)
             for (std::ptrdiff_t i = 0; i < inner; ++i) f(o * inner * length + i, inner);
         },
         outer > 1 && inner * outer * length > 4096);
+}
+
+/// to = A from along the axes one after another.
+template <int D>
+void along_axes(const std::array<const AxisMatrix*, D>& matrices, std::array<Array<Lanes>, 2>& between, const Lanes* from,
+                Lanes* to)
+{
+    Index<D> counts{};
+    for (int a = 0; a < D; ++a) counts[a] = matrices[a]->columns();
+    for (int a = 0; a < D; ++a) {
+        const Index<D> before = counts;
+        counts[a]             = matrices[a]->rows();
+        std::size_t size      = 1;
+        for (int b = 0; b < D; ++b) size *= counts[b];
+        keep_room(between[a % 2], size);
+        Lanes* const next       = a == D - 1 ? to : between[a % 2].data();
+        const std::ptrdiff_t in = before[a], out = counts[a];
+        for_each_line<D>(before, a, [&](std::ptrdiff_t first, std::ptrdiff_t stride) {
+            const std::ptrdiff_t outer = first / (stride * in), inner = first % stride;
+            matrices[a]->multiply(from + first, next + outer * stride * out + inner, stride);
+        });
+        from = next;
+    }
 }
 
 }  // namespace ordo

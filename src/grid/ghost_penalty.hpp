@@ -81,8 +81,6 @@ class GhostPenalty {
         with_degree(space_.axis[0].degree, [&]<int P>() {
             std::vector<double> block;
             for (const Face& face : faces_) {
-                Index<D> first{};
-                for (int a = 0; a < D; ++a) first[a] = space_.axis[a].span_of(face.cell[a]);
                 const IndexBox<D> functions{{}, size_at<P>(face)};
                 const double* jump = jumps_[face.axis].data() + face.cell[face.axis] * (P + 2);
                 block.clear();
@@ -94,7 +92,7 @@ class GhostPenalty {
                         block.push_back(product);
                     });
                 });
-                use(first, functions.hi, block);
+                use(space_.first_of(face.cell), functions.hi, block);
             }
         });
     }
@@ -141,12 +139,13 @@ class GhostPenalty {
     template <int P, class F>
     void visit(const Face& face, const F& f) const
     {
-        const double* jump = jumps_[face.axis].data() + face.cell[face.axis] * (P + 2);
+        const double* jump   = jumps_[face.axis].data() + face.cell[face.axis] * (P + 2);
+        const Index<D> first = space_.first_of(face.cell);
         IndexBox<D>{{}, size_at<P>(face)}.for_each([&](const Index<D>& k) {
             Index<D> at{};
             int across = 0;
             for (int b = D - 1; b >= 0; --b) {
-                at[b] = space_.axis[b].wrapped(space_.axis[b].span_of(face.cell[b]) + k[b]);
+                at[b] = space_.axis[b].wrapped(first[b] + k[b]);
                 if (b != face.axis) across = across * (P + 1) + k[b];
             }
             f(space_.number(at), across, jump[k[face.axis]]);

@@ -94,9 +94,13 @@ struct SplineSpace {
     }
     std::size_t number(const Index<D>& k) const  ///< of a function, from those along the axes, the first fastest
     {
-        std::size_t r = 0;
-        for (int a = D - 1; a >= 0; --a) r = r * axis[a].count() + k[a];
-        return r;
+        return static_cast<std::size_t>(number_of(k, counts()));
+    }
+    Index<D> first_of(const Index<D>& cell) const  ///< the functions that do not vanish in a cell begin with this one
+    {
+        Index<D> k{};
+        for (int a = 0; a < D; ++a) k[a] = axis[a].span_of(cell[a]);
+        return k;
     }
     /// Along each axis the number of the function with this number.
     Index<D> index(std::size_t number) const

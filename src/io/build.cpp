@@ -7,6 +7,7 @@
 #include "method/explicit.hpp"
 #include "method/place.hpp"
 #include "method/planting.hpp"
+#include "method/spline_scheme.hpp"
 #include "particles/sort.hpp"
 
 #include <algorithm>
@@ -508,14 +509,7 @@ std::vector<LevelSet<D>> free_surface(const BodyInput& b, const Model<D>& model)
     if constexpr (D >= 2) {
         if (b.shape != "ring" && b.shape != "cylinder") return r;
         const Tube<D> tube = tube_of<D>(b);
-        auto add_round     = [&](double radius, double sign) {
-            r.push_back([tube, radius, sign](const Vec<D>& X) {
-                const double x = X[tube.first()] - tube.center[tube.first()], y = X[tube.second()] - tube.center[tube.second()];
-                return sign * (x * x + y * y - radius * radius);
-            });
-        };
-        add_round(tube.outer, 1);
-        if (tube.inner > 0) add_round(tube.inner, -1);
+        r                  = tube.round_faces();
         if constexpr (D == 3) add_faces(tube.axis, tube.bottom, tube.top);
         if (tube.to - tube.from < 2 * std::numbers::pi * (1 - 1e-12)) {
             if (tube.to - tube.from > std::numbers::pi * (1 + 1e-12))
@@ -560,7 +554,7 @@ void require_stable(const CaseInput& in, const Model<D>& model, const Particles<
         in.time.fail("dt",
                      fmt::format("{} s is above the limit {:.4g} s = {:.3g} h/(c + |v|) of the method, the P-wave speed and "
                                  "the particle speed; use a smaller step, or cfl = 0.4",
-                                 *in.time.dt, limit, stable_courant_number(model.method, D, !model.surface.empty())));
+                                 *in.time.dt, limit, stable_courant_number(model)));
     const double steps = in.time.end / (in.time.dt ? *in.time.dt : automatic_time_step(model, particles, *in.time.cfl));
     if (!(steps <= 1e12))
         in.time.fail("end", fmt::format("takes about {:.1g} steps of the time step; use a larger step or a shorter time", steps));

@@ -20,21 +20,36 @@ namespace ordo::io {
 
 namespace {
 
-constexpr int kFormat             = 1;    ///< of the file; to be raised with every change of what is in it
+constexpr int kFormat             = 2;    ///< of the file; to be raised with every change of what is in it
 constexpr std::size_t kHead       = 512;  ///< bytes of text before HDF5 begins, a user block in its terms
 constexpr std::string_view kFirst = "ordo checkpoint\n";
 
 // ---- the file as a whole ----------------------------------------------------------------------------------------------
 
+/// What the last digits depend on: the sources, the compiler, and the widest instructions that it may take.
+std::string this_program()
+{
+#if defined(__AVX512F__)
+    constexpr std::string_view width = "avx512";
+#elif defined(__AVX2__)
+    constexpr std::string_view width = "avx2";
+#else
+    constexpr std::string_view width = "any";
+#endif
+    std::string r = fmt::format("{}/{}/{}", ORDO_COMMIT, __VERSION__, width);
+    std::replace(r.begin(), r.end(), ' ', '-');
+    return r;
+}
+
 /// The text at the start, filled up with zeros.
 struct Head {
     int format          = kFormat;
-    std::string version = ORDO_VERSION, commit = ORDO_COMMIT;
+    std::string version = ORDO_VERSION, program = this_program();
     std::uintmax_t bytes = 0;  ///< of the whole file
 
     std::string text() const
     {
-        return fmt::format("{}format {}\nversion {}\ncommit {}\nbytes {}\n", kFirst, format, version, commit, bytes);
+        return fmt::format("{}format {}\nversion {}\nprogram {}\nbytes {}\n", kFirst, format, version, program, bytes);
     }
     /// With the checksum of all that stands before it, and of what stands behind the head.
     std::string block(std::uint64_t sum_behind) const
@@ -63,7 +78,7 @@ void seal(const std::filesystem::path& path)
     if (failure || !sum || !file) throw OutputError(fmt::format("{}: cannot be written: is the disk full?", path.string()));
 }
 
-/// Throws InputError where a file is not whole, or not of this version. Returns the commit that wrote it.
+/// Throws InputError where a file is not whole, or not of this version. Returns the program that wrote it.
 std::string require_whole(const std::filesystem::path& path)
 {
     std::error_code failure;
@@ -76,7 +91,7 @@ std::string require_whole(const std::filesystem::path& path)
     std::istringstream words(block.substr(kFirst.size()));
     Head head;
     std::string key;
-    words >> key >> head.format >> key >> head.version >> key >> head.commit >> key >> head.bytes;
+    words >> key >> head.format >> key >> head.version >> key >> head.program >> key >> head.bytes;
     const auto there = std::filesystem::file_size(path, failure);
     if (failure || there < std::max<std::uintmax_t>(head.bytes, kHead))
         throw InputError(fmt::format("it is truncated: {} bytes are there of {}", there, head.bytes));
@@ -89,12 +104,22 @@ std::string require_whole(const std::filesystem::path& path)
     const auto sum = sum_behind_head(path, there);
     if (there != head.bytes || !sum || block != head.block(*sum))
         throw InputError("it is corrupted: its checksum is not that of its contents");
-    return head.commit;
+    return head.program;
 }
 
 // ---- what is in it ----------------------------------------------------------------------------------------------------
 
-/// The input without what may change from one part of a run to the next.
+/// What a checkpoint says of a file of particles or a mesh, with the head of a table before it.
+std::string identity_of_file(const std::filesystem::path& file)
+{
+    std::error_code failure;
+    const std::uintmax_t bytes = std::filesystem::file_size(file, failure);
+    const auto sum             = failure ? std::nullopt : checksum_of(file, bytes);
+    if (!sum) throw InputError(fmt::format("{}: cannot be read again, for checkpoints", file.string()));
+    return fmt::format("[file]\n{}, {} bytes, checksum {:016x}\n", file.filename().string(), bytes, *sum);
+}
+
+/// The input without what may change from one part of a run to the next, and what is in its files.
 std::string identity_of(CaseInput input)
 {
     input.title.clear();
@@ -102,8 +127,13 @@ std::string identity_of(CaseInput input)
     input.output     = OutputInput();
     input.checkpoint = CheckpointInput();
     input.watch      = WatchInput();
-    for (BodyInput& b : input.bodies) b.file = std::filesystem::path(b.file).filename().string();
-    return echo_case(input);
+    std::string files;
+    for (BodyInput& b : input.bodies) {
+        if (b.file.empty()) continue;
+        files += identity_of_file(b.file);
+        b.file = std::filesystem::path(b.file).filename().string();
+    }
+    return echo_case(input) + files;
 }
 
 std::vector<std::string> lines_of(const std::string& text)
@@ -272,7 +302,7 @@ void Checkpoints<D>::write(State<D>& s, Written written)
 template <int D>
 Written Checkpoints<D>::read_file(const std::filesystem::path& file, State<D>& s) const
 {
-    const std::string commit = require_whole(file);
+    const std::string program = require_whole(file);
     const Hdf5Reader in(file);
     const std::string identity = in.text("case");
     if (identity != identity_) throw InputError(fmt::format("it is of another case: {}", difference(identity, identity_)));
@@ -282,9 +312,10 @@ Written Checkpoints<D>::read_file(const std::filesystem::path& file, State<D>& s
     if (has_results(directory_)) require_files(input_, w);
     read_state(in, model_, s);
     s.n = static_cast<long>(w.step);
-    if (commit != ORDO_COMMIT)
-        say("ordo: warning: {} was written by commit {}, and this is {}: numbers may differ in their last digits\n",
-            file.string(), commit, ORDO_COMMIT);
+    if (program != this_program())
+        say("ordo: warning: {} was written by {} (commit, compiler, instructions), and this is {}: numbers may differ in their "
+            "last digits\n",
+            file.string(), program, this_program());
     return w;
 }
 

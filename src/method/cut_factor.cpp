@@ -47,6 +47,16 @@ void CutFactor<D>::add(const Index<D>& first, const Index<D>& size, const double
 }
 
 template <int D>
+void CutFactor<D>::finish(const GhostPenalty<D>& ghost, double weight)
+{
+    ghost.for_each_block([&](const Index<D>& first, const Index<D>& size, std::vector<double>& block) {
+        for (double& of : block) of *= weight;
+        add(first, size, block.data());
+    });
+    factor();
+}
+
+template <int D>
 void CutFactor<D>::factor()
 {
     const auto n = static_cast<int>(space_.count());

@@ -8,6 +8,7 @@
 #include "method/layout.hpp"
 #include "method/place.hpp"
 #include "method/reconstruction.hpp"
+#include "method/spline_scheme.hpp"
 
 #include <fmt/format.h>
 
@@ -509,37 +510,49 @@ double crossing_time(const Model<D>& model, const Particles<D>& particles)
 
 }  // namespace
 
+namespace {
+
+template <int D>
+double courant_scale(const Model<D>& model)
+{
+    return courant_scale(model.method, D, !model.surface.empty());
+}
+
+}  // namespace
+
+template <int D>
+double stable_courant_number(const Model<D>& model)
+{
+    return stable_courant_number(model.method, D, !model.surface.empty());
+}
+
 template <int D>
 double courant_time_step(const Model<D>& model, const Particles<D>& particles)
 {
-    return courant_scale(model.method, D, !model.surface.empty()) * crossing_time(model, particles);
+    return courant_scale(model) * crossing_time(model, particles);
 }
 
 template <int D>
 double stable_time_step(const Model<D>& model, const Particles<D>& particles)
 {
-    return stable_courant_number(model.method, D, !model.surface.empty()) * crossing_time(model, particles);
+    return stable_courant_number(model) * crossing_time(model, particles);
 }
 
 template <int D>
 double automatic_time_step(const Model<D>& model, const Particles<D>& particles, double cfl)
 {
-    const double limit   = stable_courant_number(model.method, D, !model.surface.empty());
-    const double courant = std::min(cfl * courant_scale(model.method, D, !model.surface.empty()), limit);
-    return courant * crossing_time(model, particles);
+    return std::min(cfl * courant_scale(model), stable_courant_number(model)) * crossing_time(model, particles);
 }
 
-template class Explicit<1>;
-template class Explicit<2>;
-template class Explicit<3>;
-template double courant_time_step(const Model<1>&, const Particles<1>&);
-template double courant_time_step(const Model<2>&, const Particles<2>&);
-template double courant_time_step(const Model<3>&, const Particles<3>&);
-template double stable_time_step(const Model<1>&, const Particles<1>&);
-template double stable_time_step(const Model<2>&, const Particles<2>&);
-template double stable_time_step(const Model<3>&, const Particles<3>&);
-template double automatic_time_step(const Model<1>&, const Particles<1>&, double);
-template double automatic_time_step(const Model<2>&, const Particles<2>&, double);
-template double automatic_time_step(const Model<3>&, const Particles<3>&, double);
+#define ORDO_EXPLICIT(D)                                                     \
+    template class Explicit<D>;                                              \
+    template double stable_courant_number(const Model<D>&);                  \
+    template double courant_time_step(const Model<D>&, const Particles<D>&); \
+    template double stable_time_step(const Model<D>&, const Particles<D>&);  \
+    template double automatic_time_step(const Model<D>&, const Particles<D>&, double);
+ORDO_EXPLICIT(1)
+ORDO_EXPLICIT(2)
+ORDO_EXPLICIT(3)
+#undef ORDO_EXPLICIT
 
 }  // namespace ordo

@@ -4,13 +4,15 @@
 
 #include "method/mass_matrix.hpp"
 #include "method/passes.hpp"
-#include "method/spline_scheme.hpp"
 #include "method/stage_times.hpp"
 #include "method/state.hpp"
 
 #include <memory>
 
 namespace ordo {
+
+template <int D>
+class SplineScheme;
 
 /// A method applied to a model. Owns the model, which must not change.
 template <int D>
@@ -70,6 +72,10 @@ class Explicit {
     bool has_body_force_;
     StageTimes* times_ = nullptr;
 };
+
+/// That of its method and bodies, see method/courant.hpp.
+template <int D>
+double stable_courant_number(const Model<D>& model);
 
 /// h over the P-wave speed plus |v|, smallest over axes and particles, s: times courant_scale, of which `cfl` is a part, or
 /// times stable_courant_number, which no time step may pass.

@@ -11,17 +11,11 @@ namespace ordo {
 
 namespace {
 
-/// f(number of the cell) for the cells within a reach of one, those of other periods too.
+/// f(number of the cell) for a cell and those around it.
 template <int D, class F>
-void for_each_neighbour(const Model<D>& model, const Index<D>& cell, int reach, const F& f)
+void for_each_neighbour(const Model<D>& model, const Index<D>& cell, const F& f)
 {
-    IndexBox<D>::around(cell, reach).for_each([&](Index<D> at) {
-        for (int a = 0; a < D; ++a) {
-            if (model.periodic[a]) at[a] = (at[a] + model.cells[a]) % model.cells[a];
-            if (at[a] < 0 || at[a] >= model.cells[a]) return;
-        }
-        f(number_of(at, model.cells));
-    });
+    for_each_cell_of(model, IndexBox<D>::around(cell, 1), f);
 }
 
 /// The splines of the surface in a cell, asked for places in cells.
@@ -78,7 +72,7 @@ std::vector<Cover> cover_by_particles(const Model<D>& model, const Particles<D>&
     for (std::size_t c = 0; c < cells.size(); ++c) {
         unsigned parts  = 0;  // a bit for each that has a particle
         bool has_around = true;
-        for_each_neighbour(model, cells[c], 1, [&](int n) { has_around = has_around && first[n] < first[n + 1]; });
+        for_each_neighbour(model, cells[c], [&](int n) { has_around = has_around && first[n] < first[n + 1]; });
         for (int k = first[c]; k < first[c + 1]; ++k) {
             unsigned part = 0;
             for (int a = 0; a < D; ++a) {
@@ -88,7 +82,7 @@ std::vector<Cover> cover_by_particles(const Model<D>& model, const Particles<D>&
             parts |= 1U << part;
         }
         if (first[c] < first[c + 1])
-            for_each_neighbour(model, cells[c], 1, [&](int n) { cover[n] = std::max(cover[n], Cover::part); });
+            for_each_neighbour(model, cells[c], [&](int n) { cover[n] = std::max(cover[n], Cover::part); });
         if (has_around || parts + 1 == 1U << (1U << D)) cover[c] = Cover::all;
     }
     return cover;
@@ -110,7 +104,7 @@ void find_body(const Model<D>& model, const SplineSpace<D>& v_space, const Splin
     parallel_for(static_cast<std::ptrdiff_t>(cells.size()), [&](std::ptrdiff_t c) {
         if (rough[c] == Cover::none) return;
         bool is_deep = true;
-        for_each_neighbour(model, cells[c], 1, [&](int n) { is_deep = is_deep && rough[n] == Cover::all; });
+        for_each_neighbour(model, cells[c], [&](int n) { is_deep = is_deep && rough[n] == Cover::all; });
         if (is_deep) {
             body.cover[c] = Cover::all;
             return;

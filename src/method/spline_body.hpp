@@ -34,6 +34,19 @@ struct SplineBody {
     GhostPenalty<D> v, s;  ///< of the spaces of velocity and stress
 };
 
+/// f(number of the cell) for the cells of a box that are in the grid; those beyond a period are those of the next one.
+template <int D, class F>
+void for_each_cell_of(const Model<D>& model, const IndexBox<D>& box, const F& f)
+{
+    box.for_each([&](Index<D> at) {
+        for (int a = 0; a < D; ++a) {
+            if (model.periodic[a]) at[a] = (at[a] + model.cells[a]) % model.cells[a];
+            if (at[a] < 0 || at[a] >= model.cells[a]) return;
+        }
+        f(number_of(at, model.cells));
+    });
+}
+
 /// What particles say alone: a cell is whole where each of its 2^D parts, or each cell around it, has a particle; others beside
 /// them are parts, for surfaces are no further. `first` and `order` list the particles of cells, see SplineWork.
 template <int D>

@@ -2,12 +2,11 @@
 // gradient is projected onto the splines of the stress, and particles are the data of Runge-Kutta stages (docs/high_order.md).
 #pragma once
 
-#include "base/array.hpp"
 #include "grid/banded.hpp"
 #include "grid/spline_axis.hpp"
 #include "kernels/spline.hpp"
 #include "method/cut_factor.hpp"
-#include "method/spline_body.hpp"
+#include "method/spline_work.hpp"
 #include "method/stage_times.hpp"
 
 #include <array>
@@ -23,64 +22,12 @@ struct Model;
 template <int D>
 struct State;
 
-/// Lanes of a record of the velocity's splines: velocity m/s, density kg/m^D, body force or acceleration m/s^2.
-struct SplineLane {
-    static constexpr int velocity     = 0;
-    static constexpr int density      = 3;
-    static constexpr int acceleration = 4;
-};
-
-/// The lane of component (a, b) of a symmetric tensor in a record of the stress' splines.
-template <int D>
-constexpr int stress_lane(int a, int b)
-{
-    const int lo = a < b ? a : b, hi = a < b ? b : a;
-    return lo * D - lo * (lo - 1) / 2 + hi - lo;
-}
-
-/// Weights of particles at the functions of a space, [particle in order][axis][function].
-struct SampleRows {
-    int width = 0;  ///< of a particle
-    Array<double> weights;
-};
-
 /// Values of an axis' functions, or their slopes, at the Gauss points of each of its cells.
 struct GaussRows {
     int points = 0, width = 0;  ///< of a cell; functions that do not vanish there
     std::vector<double> at;     ///< [cell][point][function]
 
     const double* of_cell(int cell) const { return at.data() + static_cast<std::ptrdiff_t>(cell) * points * width; }
-};
-
-/// What a scheme of splines works with. All of it follows from the particles: nothing of it is state.
-template <int D>
-struct SplineWork {
-    Array<int> order;        ///< particles in the order of their cells
-    std::vector<int> first;  ///< of `order` in each cell, and the end
-    SampleRows v_rows, s_rows;
-    Array<Lanes> v, a;              ///< splines of velocity, density and body force, and of the acceleration, see SplineLane
-    Array<Lanes> s;                 ///< of the stress, see stress_lane
-    std::array<Array<Lanes>, D> L;  ///< of the columns of the velocity gradient
-    SplineBody<D> body;             ///< of bodies with free surfaces
-    Array<Lanes> surface;           ///< splines of its functions, a lane each
-    /// Times their weights, at the Gauss points of all cells, cell by cell, and behind them at those of cut cells: kg; any field.
-    Array<double> density;
-    Array<Lanes> at_points;
-    bool is_near = false;  ///< `v` and `s` are near those of the next fit: stages of a step
-    enum Solve { kVelocity, kStress, kMass, kGradient };
-    std::array<long, 4> iterations{};  ///< of conjugate gradients, in the last step
-
-    Array<Lanes> r, z, p, q;   ///< of conjugate gradients
-    Array<Lanes> sums, scale;  ///< of rows of a matrix; of its preconditioner
-    Array<Lanes> b;            ///< right-hand sides
-    Array<Lanes> part;         ///< some lanes of `v`
-    Array<Lanes> column;       ///< of the stress, and what it adds to forces
-    Array<Lanes> force;
-    std::array<Array<Lanes>, 2> between;  ///< axes
-
-    /// Of particles: v_h, a_h and L_h where they are; the start of a step, and sums over its stages.
-    Array<Vec<D>> v_at, a_at, x0, v0, dx, dv;
-    Array<Mat<D>> L_at, F0, dF, sigma0, dsigma;
 };
 
 /// Cells along an axis between walls below which there are no splines with the knots that a method leaves out.
@@ -133,7 +80,7 @@ class SplineScheme {
 
     void sort(const Model<D>& model, State<D>& s) const;
     void find_body(const Model<D>& model, State<D>& s) const;
-    void show(State<D>& s) const;
+    void show(const Model<D>& model, State<D>& s) const;
     void report(State<D>& s) const;
     void fit_velocity(const Model<D>& model, State<D>& s) const;
     void fit_stress(const Model<D>& model, State<D>& s) const;
@@ -149,6 +96,7 @@ class SplineScheme {
     void evaluate_at_points(State<D>& s, const SplineSpace<D>& space, int slope_axis, const Lanes* from) const;
     template <class Value>
     void integrate_at_points(State<D>& s, const SplineSpace<D>& space, int slope_axis, const Value& value, Lanes* to) const;
+    void integrate_functions(State<D>& s, const SplineSpace<D>& space, Lanes* to) const;
     /// work.at_points = value(k).
     template <class Value>
     void fill_points(State<D>& s, const Value& value) const;
@@ -161,7 +109,7 @@ class SplineScheme {
     template <class Weight>
     static Lanes mean_weight(const State<D>& s, const Weight& weight);
     Cover cover_of(const State<D>& s, int cell) const;
-    bool is_seen(const State<D>& s, const Index<D>& vertex) const;
+    bool is_seen(const Model<D>& model, const State<D>& s, const Index<D>& vertex) const;
     void subtract_force_of_full_grid(State<D>& s) const;
     Vec<D, const double*> tables(const SplineSpace<D>& space, int slope_axis, const Index<D>& cell) const;
     void multiply_mass(const State<D>& s, const Lanes* from, Lanes* to) const;

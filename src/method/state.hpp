@@ -9,7 +9,7 @@
 #include "kernels/sweep.hpp"
 #include "material/material.hpp"
 #include "method/axes.hpp"
-#include "method/spline_scheme.hpp"
+#include "method/spline_work.hpp"
 #include "method/tractions.hpp"
 #include "particles/particles.hpp"
 #include "shape/weights.hpp"
@@ -147,13 +147,6 @@ struct State {
 inline void make_room(Array<Lanes>& array, std::size_t nodes, int size = 1)
 {
     if (array.size() != nodes * size) array = Array<Lanes>(nodes * size, Pages::own);
-}
-
-/// Room for n elements, and for more once their number has grown: it changes from step to step.
-template <class T>
-void keep_room(Array<T>& array, std::size_t n)
-{
-    if (array.size() < n) array = Array<T>(array.empty() ? n : n + n / 4);
 }
 
 /// What the grid of a method is made of. With projection spline-fit nodes are the vertices of cells, where splines are shown.

@@ -46,7 +46,7 @@ void Watch<D>::before_step(const State<D>& s, double dt)
     for (const Material& m : model_.materials) c = std::max(c, m.wave_speed());
     const double moved   = s.dt_prev > 0 ? s.move * dt / s.dt_prev : 1.0;
     const double courant = c * dt / *h_min + std::sqrt(D) * moved * *h_max / *h_min;
-    if (s.particles.enriched.empty() && courant < 0.9 * stable_courant_number(model_.method, D, !model_.surface.empty())) return;
+    if (s.particles.enriched.empty() && courant < 0.9 * stable_courant_number(model_)) return;
 
     const double limit = stable_time_step(model_, s.particles);
     if (dt <= limit * (1 + 1e-9)) return;
@@ -54,7 +54,7 @@ void Watch<D>::before_step(const State<D>& s, double dt)
          fmt::format(
              "step {}, t = {:.6g} s: the time step {:.4g} s is above the limit {:.4g} s = {:.3g} h/(c + |v|) of the method; {}; "
              "use a smaller time.dt, or time.cfl",
-             s.n + 1, s.t, dt, limit, stable_courant_number(model_.method, D, !model_.surface.empty()), fastest_particle(s)));
+             s.n + 1, s.t, dt, limit, stable_courant_number(model_), fastest_particle(s)));
 }
 
 template <int D>

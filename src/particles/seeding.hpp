@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <vector>
@@ -79,10 +80,26 @@ struct Tube {
     int first() const { return D == 3 ? (axis + 1) % 3 : 0; }
     int second() const { return D == 3 ? (axis + 2) % 3 : 1; }
 
+    /// Of the distance of a place from the axis.
+    double square_radius(const Vec<D>& x) const
+    {
+        const double dx = x[first()] - center[first()], dy = x[second()] - center[second()];
+        return dx * dx + dy * dy;
+    }
+
+    /// Functions of a place that vanish on the round faces and are negative inside of them, m^2.
+    std::vector<std::function<double(const Vec<D>&)>> round_faces() const
+    {
+        std::vector<std::function<double(const Vec<D>&)>> r;
+        r.push_back([tube = *this](const Vec<D>& x) { return tube.square_radius(x) - tube.outer * tube.outer; });
+        if (inner > 0) r.push_back([tube = *this](const Vec<D>& x) { return tube.inner * tube.inner - tube.square_radius(x); });
+        return r;
+    }
+
     bool contains(const Vec<D>& x) const
     {
         const double dx = x[first()] - center[first()], dy = x[second()] - center[second()];
-        const double r2 = dx * dx + dy * dy;
+        const double r2 = square_radius(x);
         if (!(r2 < outer * outer) || r2 < inner * inner) return false;
         if constexpr (D == 3)
             if (x[axis] <= bottom || x[axis] >= top) return false;

@@ -2,8 +2,8 @@
 
 #include "base/error.hpp"
 #include "method/planting.hpp"
+#include "method/spline_scheme.hpp"
 
-#define EIGEN_DONT_VECTORIZE  // small matrices; g++ 12 warns falsely inside of AVX-512 intrinsics (its bug 105593)
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>

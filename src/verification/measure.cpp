@@ -3,6 +3,7 @@
 #include "base/error.hpp"
 #include "method/diagnostics.hpp"
 #include "method/planting.hpp"
+#include "method/spline_scheme.hpp"
 #include "verification/record.hpp"
 
 #include <fmt/format.h>

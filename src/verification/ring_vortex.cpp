@@ -25,10 +25,7 @@ void fill_tube(Problem<D>& p, const Tube<D>& tube, int radial, int angular, int 
 {
     p.seeds   = fill_polar(tube, radial, angular, layers);
     p.corners = polar_cells(tube, radial, angular, layers);
-    if (is_spline_fit(p.model.method)) {
-        p.model.surface.push_back([tube](const Vec<D>& X) { return X[0] * X[0] + X[1] * X[1] - tube.outer * tube.outer; });
-        p.model.surface.push_back([tube](const Vec<D>& X) { return tube.inner * tube.inner - X[0] * X[0] - X[1] * X[1]; });
-    }
+    if (is_spline_fit(p.model.method)) p.model.surface = tube.round_faces();
 }
 
 /// A quarter of a ring between symmetry planes; in 3D of a tube between symmetry planes.

@@ -1,6 +1,7 @@
 // Projection spline-fit: what its fits give back, what it conserves, and what it refuses.
 #include "base/error.hpp"
 #include "method/diagnostics.hpp"
+#include "method/spline_scheme.hpp"
 #include "support/particles.hpp"
 #include "verification/lattice_operator.hpp"
 

@@ -35,6 +35,15 @@ CHANGES = {  # fem has no grid, and cpdi2e an interface
 NEWEST = "checkpoint_000000015.h5"  # of the first half
 
 
+def resealed(checkpoint):
+    """With the checksum of what is in it now (FNV-1a, first of what is behind the head)."""
+    text = checkpoint[:512].split(b"checksum")[0]
+    total = 0xCBF29CE484222325
+    for byte in checkpoint[512:] + text:
+        total = (total ^ byte) * 0x100000001B3 % 2**64
+    return (text + b"checksum %016x\n" % total).ljust(512, b"\0") + checkpoint[512:]
+
+
 def presets():
     text = subprocess.run([ORDO, "list", "methods"], capture_output=True, text=True, check=True).stdout
     return re.findall(r"^  (\S+) ", text.split("\n\n")[0], re.MULTILINE)
@@ -189,7 +198,7 @@ class Restart(InTemporaryDirectory):
     def test_other_version(self):
         file = self.half()
         whole = file.read_bytes()
-        self.assert_damage_refused(whole.replace(b"format 1", b"format 9", 1), "another version")
+        self.assert_damage_refused(whole.replace(b"format 2", b"format 9", 1), "another version")
         version = whole[:512].split(b"version ")[1].split(b"\n")[0]
         self.assert_damage_refused(whole.replace(version, b"9" * len(version), 1), "written by ordo 9")
         self.assert_damage_refused(whole.replace(version, b"\x1b" * len(version), 1), "written by ordo \\x1b")
@@ -199,6 +208,32 @@ class Restart(InTemporaryDirectory):
         why = self.assert_refused("--restart", "latest", "--set", "method.preset=mpm", why="of another case")
         self.assertIn("mpm", why)
         self.assert_refused("--restart", "latest", "--set", "time.dt=0.0001", why="of another case")
+
+    def test_other_files(self):
+        """Particles may move to another folder, but not change."""
+        self.write("p.csv", "x,y,volume\n0.4,0.5,0.004\n0.6,0.5,0.004\n")
+        body = "shape = 'particles'\nfile = '{}'\nvelocity = 20\n"
+        self.write("case.toml", edit(PERIODIC, (BOX, body.format("p.csv"))))
+        self.assert_goes_on()
+        (self.dir / "away").mkdir()
+        (self.dir / "p.csv").rename(self.dir / "away" / "p.csv")
+        self.write("case.toml", edit(PERIODIC, (BOX, body.format("away/p.csv"))))
+        shutil.copytree(self.dir / "parts", self.dir / "out")
+        self.restart("--output", "out", "--set", "time.end=0.007")
+        self.write("away/p.csv", "x,y,volume\n0.4,0.5,0.004\n0.6,0.5,0.005\n")
+        why = self.assert_refused("--restart", "latest", "--set", "time.end=0.008", why="of another case: [file] `p.csv, 39 bytes, checksum ")
+        self.assertIn("` then, `p.csv, 39 bytes, checksum ", why)
+
+    def test_other_program(self):
+        """Is warned of: the last digits may differ."""
+        file = self.half()
+        whole = file.read_bytes()
+        program = whole[:512].split(b"program ")[1].split(b"\n")[0]
+        self.assertEqual(program.count(b"/"), 2)
+        other = resealed(whole.replace(program, b"0" * len(program), 1))
+        file.write_bytes(other)
+        done = self.restart("--output", "out")
+        self.assertIn("was written by " + "0" * len(program), done.stderr)
 
     def test_missing(self):
         self.write("case.toml", PERIODIC)

@@ -1,0 +1,78 @@
+// Mass matrices of splines along one axis, with what walls at its ends hold.
+#pragma once
+
+#include "base/gauss_rule.hpp"
+#include "grid/banded.hpp"
+#include "grid/spline_axis.hpp"
+
+#include <array>
+#include <utility>
+
+namespace ordo {
+
+/// f(cell, where in it, weight, first function, values, slopes per cell) at the Gauss points of an axis; all in cells.
+template <class F>
+void for_each_gauss_point(const SplineAxis& axis, int points, F&& f)
+{
+    const auto rule = gauss_rule(points);
+    with_degree(axis.degree, [&]<int P>() {
+        double w[P + 1], dw[P + 1];
+        for (int cell = 0; cell < axis.cells; ++cell)
+            for (const auto& [at, weight] : rule) {
+                const int span = axis.span_of(cell);
+                axis.row<P>(span, cell + at, w, dw);
+                f(cell, at, weight, span, w, dw);
+            }
+    });
+}
+
+/// The masks of walls at the ends of an axis: lanes of its first and its last function that stay free are 1.
+using Ends = std::array<Lanes, 2>;
+inline const Ends kFree{Lanes(1.0), Lanes(1.0)};
+
+/// sum w N_i N_j over points of an axis, with rows of the one matrix in the lanes that its ends hold.
+class AxisMass {
+  public:
+    AxisMass(const SplineAxis& axis, const Ends& free) : axis_(axis), free_(free), sum_(axis.count(), axis.degree, axis.periodic)
+    {}
+
+    /// A point of this weight, at which the functions from `span` on have the values w.
+    void add(int span, const double* w, const Lanes& weight)
+    {
+        for (int i = 0; i <= axis_.degree; ++i)
+            for (int j = 0; j <= axis_.degree; ++j) {
+                const int row = axis_.wrapped(span + i), column = axis_.wrapped(span + j);
+                sum_.add(row, column, weight * free(row) * free(column) * (w[i] * w[j]));
+            }
+    }
+    /// The factors, and the first row that is none to within `tolerance`, or -1.
+    std::pair<Banded<Lanes>, int> factored(double tolerance)
+    {
+        for (int i = 0; i < axis_.count(); ++i) sum_.add(i, i, 1.0 - free(i));
+        const int singular = sum_.factor(tolerance);
+        return {std::move(sum_), singular};
+    }
+
+  private:
+    Lanes free(int i) const
+    {
+        if (axis_.periodic || (i > 0 && i < axis_.count() - 1)) return Lanes(1.0);
+        return free_[i > 0];
+    }
+
+    const SplineAxis& axis_;
+    Ends free_;
+    Banded<Lanes> sum_;
+};
+
+/// Factors of int N_i N_j, in cells.
+inline Banded<Lanes> unit_mass(const SplineAxis& axis, const Ends& free)
+{
+    AxisMass mass(axis, free);
+    for_each_gauss_point(axis, axis.degree + 1, [&](int, double, double weight, int span, const double* w, const double*) {
+        mass.add(span, w, Lanes(weight));
+    });
+    return mass.factored(0.0).first;
+}
+
+}  // namespace ordo

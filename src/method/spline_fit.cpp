@@ -1,0 +1,343 @@
+// Fits of splines to particles, and the systems of SplineScheme.
+#include "method/place.hpp"
+#include "method/spline_parts.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+#include <tuple>
+
+namespace ordo {
+
+namespace {
+
+/// The penalty of fits, in parts of the mean of their weights; from trials (docs/high_order.md).
+constexpr double kGhostOfFits = 1e-5;
+
+Lanes square_root(const Lanes& a)
+{
+    Lanes r(0.0);
+    for (int k = 0; k < 8; ++k) r[k] = std::sqrt(a[k]);
+    return r;
+}
+
+/// a/b in the lanes where b is positive, else 0.
+Lanes quotient(const Lanes& a, const Lanes& b)
+{
+    Lanes r(0.0);
+    for (int k = 0; k < 8; ++k)
+        if (b[k] > 0) r[k] = a[k] / b[k];
+    return r;
+}
+
+template <int D>
+Lanes stress_lanes(const Mat<D>& sigma)
+{
+    Lanes r(0.0);
+    for (int a = 0; a < D; ++a)
+        for (int b = a; b < D; ++b) r[stress_lane<D>(a, b)] = sigma(a, b);
+    return r;
+}
+
+/// to += sum over particles of weights times value(i), in a cell.
+template <int D, int P, class Value>
+ORDO_FLAT inline void spread_cell(const SplineSpace<D>& space, const SplineWork<D>& work, const SampleRows& rows,
+                                  const Index<D>& at, int number, const Value& value, Lanes* to)
+{
+    if (work.first[number] == work.first[number + 1]) return;
+    SplineCell<D, P> cell(space, at);
+    cell.clear();
+    for (int k = work.first[number]; k < work.first[number + 1]; ++k)
+        cell.spread(rows.weights.data() + static_cast<std::ptrdiff_t>(k) * rows.width, value(work.order[k]));
+    cell.add_to(to);
+}
+
+/// The two in one: to += W^T diag(weight) W from.
+template <int D, int P, class Weight>
+ORDO_FLAT inline void multiply_cell(const SplineSpace<D>& space, const SplineWork<D>& work, const SampleRows& rows,
+                                    const Index<D>& at, int number, const Weight& weight, const Lanes* from, Lanes* to)
+{
+    if (work.first[number] == work.first[number + 1]) return;
+    SplineCell<D, P> in(space, at), out(space, at);
+    in.load(from);
+    out.clear();
+    for (int k = work.first[number]; k < work.first[number + 1]; ++k) {
+        const double* w = rows.weights.data() + static_cast<std::ptrdiff_t>(k) * rows.width;
+        out.spread(w, in.collect(w) * weight(work.order[k]));
+    }
+    out.add_to(to);
+}
+
+}  // namespace
+
+/// Components that walls hold are no unknowns.
+template <int D>
+void SplineScheme<D>::hold(const System& system, Lanes* records) const
+{
+    if (system.free)
+        for (const Held& h : held_) records[h.function] *= h.*system.free;
+}
+
+/// z = P^-1 r. The matrix is nearly S^1/2 M S^1/2, M that of unit density, which is a product of axes, and S what rows sum to
+/// over what they sum to there.
+template <int D>
+void SplineScheme<D>::precondition(State<D>& s, const System& system) const
+{
+    SplineWork<D>& work   = s.spline;
+    const Index<D> counts = system.space.counts();
+    const auto n          = static_cast<std::ptrdiff_t>(system.space.count());
+    if (system.ghost) {
+        system.factor->solve(work.r.data(), work.z.data());
+        hold(system, work.z.data());
+        return;
+    }
+    parallel_for_each(n, [&](std::ptrdiff_t i) { work.z[i] = system.is_exact ? work.r[i] : work.r[i] * work.scale[i]; });
+    for (int a = 0; a < D; ++a)
+        for_each_line<D>(counts, a, [&](std::ptrdiff_t first, std::ptrdiff_t stride) {
+            system.factors[a].solve(work.z.data() + first, stride);
+        });
+    if (!system.is_exact) parallel_for_each(n, [&](std::ptrdiff_t i) { work.z[i] *= work.scale[i]; });
+}
+
+/// A x = b by conjugate gradients from the x that is given, lane by lane; b is lost. `work.sums` has the sums of rows.
+template <int D>
+void SplineScheme<D>::solve(const Model<D>& model, State<D>& s, const System& system, Lanes* x, Lanes* b) const
+{
+    constexpr double tolerance  = 1e-13;
+    const int most              = system.ghost ? 3000 : 200;
+    SplineWork<D>& work         = s.spline;
+    const std::size_t functions = system.space.count();
+    const auto n                = static_cast<std::ptrdiff_t>(functions);
+    for (Array<Lanes>* array : {&work.r, &work.z, &work.p, &work.q, &work.scale}) keep_room(*array, functions);
+    auto product = [&](const Lanes* from) {
+        clear(work.q, functions);
+        system.multiply(from, work.q.data());
+        if (system.ghost) system.ghost->multiply(system.ghost_weight, from, work.q.data());
+        hold(system, work.q.data());
+    };
+    auto dot = [&](const Lanes* one, const Lanes* other) {
+        return parallel_reduce(
+            n, Lanes(0.0), [&](std::ptrdiff_t i) { return one[i] * other[i]; }, add);
+    };
+    auto size = [&](const Lanes* of) {
+        return parallel_reduce(
+            n, Lanes(0.0), [&](std::ptrdiff_t i) { return quotient(of[i] * of[i], work.sums[i]); }, add);
+    };
+    if (system.ghost)  // where no particle is, residuals count by the penalty
+        parallel_for_each(n, [&](std::ptrdiff_t i) { work.sums[i] = larger(work.sums[i], system.ghost_weight); });
+    else if (!system.is_exact)
+        parallel_for_each(n, [&](std::ptrdiff_t i) {
+            const double whole = cell_volume_ * system.space.integral(i);
+            work.scale[i]      = square_root(quotient(Lanes(1.0), work.sums[i] * (1 / whole))) * (1 / std::sqrt(cell_volume_));
+        });
+
+    hold(system, b);
+    hold(system, x);
+    product(x);
+    parallel_for_each(n, [&](std::ptrdiff_t i) { work.r[i] = b[i] - work.q[i]; });
+    const Lanes whole = larger(size(b), size(work.r.data()));  // where b is zero, x need not be
+    auto is_done      = [&] {
+        const Lanes left = size(work.r.data());
+        for (int k = 0; k < 8; ++k)
+            if (!(left[k] <= tolerance * tolerance * whole[k])) return false;
+        return true;
+    };
+    Lanes before(0.0);
+    for (int k = 0; !is_done(); ++k) {
+        if (k == most) {
+            std::size_t worst = 0;
+            for (std::size_t i = 0; i < functions; ++i)
+                if (largest(quotient(fabs(work.r[i]), work.sums[i])) > largest(quotient(fabs(work.r[worst]), work.sums[worst])))
+                    worst = i;
+            throw NumericalError(fmt::format("step {}, t = {:.6g} s: {} near {} does not converge in {} iterations: particles "
+                                             "hardly determine the splines there; more particles a cell may help",
+                                             s.n, s.t, system.what, place_text(place_of(model, system.space.center(worst))),
+                                             most));
+        }
+        precondition(s, system);
+        const Lanes now = dot(work.r.data(), work.z.data()), beta = quotient(now, before);
+        parallel_for_each(n, [&](std::ptrdiff_t i) { work.p[i] = k == 0 ? work.z[i] : work.z[i] + work.p[i] * beta; });
+        product(work.p.data());
+        const Lanes alpha = quotient(now, dot(work.p.data(), work.q.data()));
+        parallel_for_each(n, [&](std::ptrdiff_t i) {
+            x[i] += work.p[i] * alpha;
+            work.r[i] -= work.q[i] * alpha;
+        });
+        before = now;
+        ++work.iterations[system.solve];
+    }
+}
+
+/// Functions whose particles fill their integral to less than a part, or that others determine already, are none that a fit could
+/// find.
+template <int D>
+void SplineScheme<D>::require_enough(const Model<D>& model, State<D>& s, const System& system, const Lanes& unit,
+                                     int singular) const
+{
+    constexpr double least = 0.02;
+    auto refuse            = [&](std::size_t function) {
+        throw NumericalError(fmt::format("step {}, t = {:.6g} s: {} near {} has too few particles: splines of degree {} want two "
+                                                               "or more a cell along each axis, everywhere in a grid that the body fills",
+                                                    s.n, s.t, system.what, place_text(place_of(model, system.space.center(function))),
+                                                    system.space.axis[0].degree));
+    };
+    if (singular >= 0) refuse(singular);
+    if (system.ghost) {
+        clear(s.spline.q, system.space.count());
+        integrate_functions(s, system.space, s.spline.q.data());
+    }
+    for (std::size_t i = 0; i < system.space.count(); ++i) {
+        const double whole = cell_volume_ * system.space.integral(i);
+        if (system.ghost && s.spline.q[i][0] < 0.5 * whole) continue;
+        if (!(largest(s.spline.sums[i] * unit) >= least * whole)) refuse(i);
+    }
+    if (!system.ghost && static_cast<std::size_t>(s.particles.count) < system.space.count()) refuse(system.space.count() / 2);
+}
+
+/// Fits x to values of particles, value(i) and weight(i) lane by lane; `volume` says in which lanes the weight is the volume.
+template <int D>
+template <class Value, class Weight>
+void SplineScheme<D>::fit(const Model<D>& model, State<D>& s, const FitTask& task, const Value& value, const Weight& weight,
+                          Array<Lanes>& x) const
+{
+    SplineWork<D>& work         = s.spline;
+    const std::size_t functions = task.space.count();
+    if (!work.is_near) clear(x, functions);
+    clear(work.b, functions);
+    clear(work.sums, functions);
+    with_degree(task.space.axis[0].degree, [&]<int P>() {
+        for_each_cell([&](const Index<D>& cell, int number) {
+            spread_cell<D, P>(
+                task.space, work, task.rows, cell, number, [&](int i) { return value(i) * weight(i); }, work.b.data());
+            spread_cell<D, P>(task.space, work, task.rows, cell, number, weight, work.sums.data());
+        });
+        const Lanes ghost_weight = task.ghost ? mean_weight(s, weight) * (kGhostOfFits * cell_volume_) : Lanes(0.0);
+        std::optional<CutFactor<D>> factor;
+        if (task.ghost) {
+            factor.emplace(task.space);
+            for_each_cell([&](const Index<D>& cell, int number) {
+                CellBlock<D, P> block;
+                for (int k = work.first[number]; k < work.first[number + 1]; ++k) {
+                    Vec<D, const double*> rows{};
+                    for (int a = 0; a < D; ++a)
+                        rows[a] = task.rows.weights.data() + static_cast<std::ptrdiff_t>(k) * task.rows.width + a * (P + 1);
+                    block.add(rows, s.particles.V[work.order[k]]);
+                }
+                block.add_to(task.space, cell, *factor);
+            });
+            factor->finish(*task.ghost, kGhostOfFits * cell_volume_);
+        }
+        Factors exact;
+        int singular        = -1;
+        const bool is_exact = D == 1 && !task.ghost;
+        if (is_exact) {
+            const SplineAxis& axis = task.space.axis[0];
+            AxisMass mass(axis, task.free ? velocity_free_[0] : kFree);
+            for (int cell = 0; cell < axis.cells; ++cell)
+                for (int k = work.first[cell]; k < work.first[cell + 1]; ++k)
+                    mass.add(axis.span_of(cell), task.rows.weights.data() + static_cast<std::ptrdiff_t>(k) * task.rows.width,
+                             weight(work.order[k]));
+            std::tie(exact[0], singular) = mass.factored(1e-10);
+        }
+        const System system{task.solve,
+                            task.what,
+                            task.space,
+                            is_exact ? exact : task.factors,
+                            is_exact,
+                            task.free,
+                            task.ghost,
+                            ghost_weight,
+                            factor ? &*factor : nullptr,
+                            [&](const Lanes* from, Lanes* to) {
+                                for_each_cell([&](const Index<D>& cell, int number) {
+                                    multiply_cell<D, P>(task.space, work, task.rows, cell, number, weight, from, to);
+                                });
+                            }};
+        if (!task.ghost || task.is_known) require_enough(model, s, system, task.volume, singular);
+        solve(model, s, system, x.data(), work.b.data());
+    });
+}
+
+/// Where the body is: splines that are fitted to what the functions of its surface are at the particles' initial positions.
+template <int D>
+void SplineScheme<D>::find_body(const Model<D>& model, State<D>& s) const
+{
+    SplineWork<D>& work            = s.spline;
+    const ParticleView<D> p        = s.particles.view();
+    const std::vector<Cover> rough = cover_by_particles(model, s.particles, work.order, work.first);
+    work.body.v                    = GhostPenalty<D>(v_space_, cells_, rough);
+    const FitTask task{SplineWork<D>::kVelocity,
+                       "the fit of the surface",
+                       v_space_,
+                       work.v_rows,
+                       v_factors_,
+                       nullptr,
+                       Lanes(1.0),
+                       &work.body.v,
+                       false};
+    auto value = [&](int i) {
+        Lanes r(0.0);
+        for (std::size_t k = 0; k < model.surface.size(); ++k) r[static_cast<int>(k)] = model.surface[k](p.X[i]);
+        return r;
+    };
+    fit(
+        model, s, task, value, [&](int i) { return Lanes(p.V[i]); }, work.surface);
+    ordo::find_body(model, v_space_, s_space_, work.surface.data(), rough, points_, work.body);
+}
+
+template <int D>
+void SplineScheme<D>::fit_velocity(const Model<D>& model, State<D>& s) const
+{
+    const ParticleView<D> p = s.particles.view();
+    const Lanes of_mass = make_lanes(1, 1, 1, 0, 0, 0, 0, 0), of_volume = 1.0 - of_mass;
+    const FitTask task{SplineWork<D>::kVelocity,
+                       "the fit of velocities",
+                       v_space_,
+                       s.spline.v_rows,
+                       v_factors_,
+                       &Held::velocity,
+                       of_volume,
+                       is_cut_ ? &s.spline.body.v : nullptr,
+                       true};
+    auto value = [&](int i) {
+        Lanes r(0.0);
+        for (int a = 0; a < D; ++a) {
+            r[SplineLane::velocity + a]     = p.v[i][a];
+            r[SplineLane::acceleration + a] = model.gravity[a] + (p.b ? p.b[i][a] : 0.0);
+        }
+        r[SplineLane::density] = p.m[i] / p.V[i];
+        return r;
+    };
+    fit(
+        model, s, task, value, [&](int i) { return of_mass * p.m[i] + of_volume * p.V[i]; }, s.spline.v);
+}
+
+template <int D>
+void SplineScheme<D>::fit_stress(const Model<D>& model, State<D>& s) const
+{
+    const ParticleView<D> p = s.particles.view();
+    const FitTask task{SplineWork<D>::kStress,
+                       "the fit of stresses",
+                       s_space_,
+                       s.spline.s_rows,
+                       s_factors_,
+                       nullptr,
+                       Lanes(1.0),
+                       is_cut_ ? &s.spline.body.s : nullptr,
+                       true};
+    fit(
+        model, s, task, [&](int i) { return stress_lanes(p.sigma[i]); }, [&](int i) { return Lanes(p.V[i]); }, s.spline.s);
+}
+
+#define ORDO_SPLINE_FIT(D)                                                         \
+    template void SplineScheme<D>::find_body(const Model<D>&, State<D>&) const;    \
+    template void SplineScheme<D>::fit_velocity(const Model<D>&, State<D>&) const; \
+    template void SplineScheme<D>::fit_stress(const Model<D>&, State<D>&) const;   \
+    template void SplineScheme<D>::solve(const Model<D>&, State<D>&, const System&, Lanes*, Lanes*) const;
+ORDO_SPLINE_FIT(1)
+ORDO_SPLINE_FIT(2)
+ORDO_SPLINE_FIT(3)
+#undef ORDO_SPLINE_FIT
+
+}  // namespace ordo

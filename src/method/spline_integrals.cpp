@@ -1,0 +1,395 @@
+// Integrals of SplineScheme over the body: mass, forces, and the projection of the velocity gradient.
+#include "method/place.hpp"
+#include "method/spline_parts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+namespace ordo {
+
+namespace {
+
+/// The penalty of what is integrated, in parts of the mean of its weights, and the largest rate at which jumps of the velocity decay
+/// by it, c/h; from trials (docs/high_order.md).
+constexpr double kGhostOfMasses = 1e-3, kGhostRate = 5;
+
+}  // namespace
+
+/// Rows of a cell's functions at its Gauss points.
+template <int D>
+Vec<D, const double*> SplineScheme<D>::tables(const SplineSpace<D>& space, int slope_axis, const Index<D>& cell) const
+{
+    Vec<D, const double*> r{};
+    for (int a = 0; a < D; ++a) {
+        const GaussRows& rows = &space == &s_space_ ? s_gauss_[a] : a == slope_axis ? gauss_slopes_[a] : gauss_[a];
+        r[a]                  = rows.of_cell(cell[a]);
+    }
+    return r;
+}
+
+/// rho_h at Gauss points, times their weights.
+template <int D>
+void SplineScheme<D>::find_density(const Model<D>& model, State<D>& s) const
+{
+    SplineWork<D>& work = s.spline;
+    keep_room(work.density, gauss_count_ + work.body.points.count());
+    std::vector<unsigned char> is_negative(cell_count_, 0);
+    with_degree(v_space_.axis[0].degree, [&]<int P>() {
+        for_each_covered_cell(s, [&](const Index<D>& at, int number, Cover cover) {
+            SplineCell<D, P> cell(v_space_, at);
+            cell.load(work.v.data());
+            auto note = [&](double density) {
+                if (!(density > 0)) is_negative[number] = 1;
+                return density;
+            };
+            if (cover == Cover::part) {
+                const CutPoints& points = work.body.points;
+                for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k)
+                    work.density[gauss_count_ + k] =
+                        points.weights[k] * note(cell.collect(points.v_values.data() + k * points.v_width)[SplineLane::density]);
+                return;
+            }
+            CellQuadrature<D, P> q(tables(v_space_, -1, at), points_);
+            q.evaluate(cell);
+            for (std::ptrdiff_t g = 0; g < per_cell_; ++g)
+                work.density[number * per_cell_ + g] = gauss_weights_[g] * note(q.values[g][SplineLane::density]);
+        });
+    });
+    const auto bad = std::find(is_negative.begin(), is_negative.end(), 1);
+    if (bad == is_negative.end()) return;
+    auto rest = static_cast<int>(bad - is_negative.begin());
+    Vec<D> y{};
+    for (int a = 0; a < D; ++a) {
+        y[a] = rest % cells_[a] + 0.5;
+        rest /= cells_[a];
+    }
+    throw NumericalError(
+        fmt::format("step {}, t = {:.6g} s: the density that fits the particles is not positive in the cell at {}: "
+                    "more particles a cell, a finer grid or a smaller deformation may help",
+                    s.n, s.t, place_text(place_of(model, y))));
+}
+
+/// to += M from, M_ij = sum_g w_g rho_h N_i N_j over Gauss points.
+template <int D>
+void SplineScheme<D>::multiply_mass(const State<D>& s, const Lanes* from, Lanes* to) const
+{
+    with_degree(v_space_.axis[0].degree, [&]<int P>() {
+        for_each_covered_cell(s, [&](const Index<D>& at, int number, Cover cover) {
+            SplineCell<D, P> cell(v_space_, at);
+            cell.load(from);
+            if (cover == Cover::part) {
+                const CutPoints& points = s.spline.body.points;
+                SplineCell<D, P> out(v_space_, at);
+                out.clear();
+                for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k) {
+                    const double* w = points.v_values.data() + k * points.v_width;
+                    out.spread(w, cell.collect(w) * s.spline.density[gauss_count_ + k]);
+                }
+                out.add_to(to);
+                return;
+            }
+            CellQuadrature<D, P> q(tables(v_space_, -1, at), points_);
+            q.evaluate(cell);
+            const double* density = s.spline.density.data() + number * per_cell_;
+            for (std::ptrdiff_t g = 0; g < per_cell_; ++g) q.values[g] = q.values[g] * density[g];
+            q.integrate(cell);
+            cell.add_to(to);
+        });
+    });
+}
+
+/// Row of a cut point for a space, with slopes along one axis where it is not -1.
+template <int D>
+template <int P>
+std::array<double, D*(P + 1)> SplineScheme<D>::cut_row(const CutPoints& points, std::ptrdiff_t k, const SplineSpace<D>& space,
+                                                       int slope_axis) const
+{
+    std::array<double, D*(P + 1)> w;
+    std::copy_n((&space == &s_space_ ? points.s_values : points.v_values).data() + k * std::ssize(w), w.size(), w.data());
+    if (slope_axis >= 0) {
+        const std::ptrdiff_t at = slope_axis * (P + 1);
+        std::copy_n(points.v_slopes.data() + k * std::ssize(w) + at, P + 1, w.data() + at);
+    }
+    return w;
+}
+
+template <int D>
+template <class Value>
+void SplineScheme<D>::fill_points(State<D>& s, const Value& value) const
+{
+    const std::ptrdiff_t count = gauss_count_ + s.spline.body.points.count();
+    keep_room(s.spline.at_points, count);
+    parallel_for_each(count, [&](std::ptrdiff_t k) { s.spline.at_points[k] = Lanes(value(k)); });
+}
+
+template <int D>
+double SplineScheme<D>::point_weight(const CutPoints& points, std::ptrdiff_t k) const
+{
+    return k < gauss_count_ ? gauss_weights_[k % per_cell_] : points.weights[k - gauss_count_];
+}
+
+template <int D>
+void SplineScheme<D>::evaluate_at_points(State<D>& s, const SplineSpace<D>& space, int slope_axis, const Lanes* from) const
+{
+    const CutPoints& points = s.spline.body.points;
+    Array<Lanes>& to        = s.spline.at_points;
+    keep_room(to, gauss_count_ + points.count());
+    with_degree(space.axis[0].degree, [&]<int P>() {
+        for_each_covered_cell(s, [&](const Index<D>& at, int number, Cover cover) {
+            SplineCell<D, P> cell(space, at);
+            cell.load(from);
+            if (cover == Cover::all) {
+                CellQuadrature<D, P> q(tables(space, slope_axis, at), points_);
+                q.evaluate(cell);
+                for (std::ptrdiff_t g = 0; g < per_cell_; ++g) to[number * per_cell_ + g] = q.values[g] * gauss_weights_[g];
+                return;
+            }
+            for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k)
+                to[gauss_count_ + k] = cell.collect(cut_row<P>(points, k, space, slope_axis).data()) * points.weights[k];
+        });
+    });
+}
+
+/// Of the matrix with work.at_points for weights, and a penalty.
+template <int D>
+CutFactor<D> SplineScheme<D>::factor_at_points(const State<D>& s, const SplineSpace<D>& space, const GhostPenalty<D>& ghost,
+                                               double ghost_weight) const
+{
+    CutFactor<D> factor(space);
+    const CutPoints& points = s.spline.body.points;
+    with_degree(space.axis[0].degree, [&]<int P>() {
+        for_each_covered_cell(s, [&](const Index<D>& at, int number, Cover cover) {
+            CellBlock<D, P> block;
+            if (cover == Cover::all) {
+                const Vec<D, const double*> table = tables(space, -1, at);
+                std::ptrdiff_t g                  = number * per_cell_;
+                IndexBox<D>{{}, Index<D>::filled(points_)}.for_each([&](const Index<D>& k) {
+                    Vec<D, const double*> rows{};
+                    for (int a = 0; a < D; ++a) rows[a] = table[a] + k[a] * (P + 1);
+                    block.add(rows, s.spline.at_points[g++][0]);
+                });
+            }
+            for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k) {
+                const auto row = cut_row<P>(points, k, space, -1);
+                Vec<D, const double*> rows{};
+                for (int a = 0; a < D; ++a) rows[a] = row.data() + a * (P + 1);
+                block.add(rows, s.spline.at_points[gauss_count_ + k][0]);
+            }
+            block.add_to(space, at, factor);
+        });
+    });
+    factor.finish(ghost, ghost_weight);
+    return factor;
+}
+
+template <int D>
+template <class Value>
+void SplineScheme<D>::integrate_at_points(State<D>& s, const SplineSpace<D>& space, int slope_axis, const Value& value,
+                                          Lanes* to) const
+{
+    const CutPoints& points = s.spline.body.points;
+    with_degree(space.axis[0].degree, [&]<int P>() {
+        for_each_covered_cell(s, [&](const Index<D>& at, int number, Cover cover) {
+            SplineCell<D, P> cell(space, at);
+            cell.clear();
+            if (cover == Cover::all) {
+                CellQuadrature<D, P> q(tables(space, slope_axis, at), points_);
+                const Lanes* from = s.spline.at_points.data() + number * per_cell_;
+                for (std::ptrdiff_t g = 0; g < per_cell_; ++g) q.values[g] = value(from[g]);
+                q.integrate(cell);
+            }
+            for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k)
+                cell.spread(cut_row<P>(points, k, space, slope_axis).data(), value(s.spline.at_points[gauss_count_ + k]));
+            cell.add_to(to);
+        });
+    });
+}
+
+/// to += the integrals of the functions over the body; work.at_points keep the weights.
+template <int D>
+void SplineScheme<D>::integrate_functions(State<D>& s, const SplineSpace<D>& space, Lanes* to) const
+{
+    fill_points(s, [&](std::ptrdiff_t k) { return point_weight(s.spline.body.points, k); });
+    integrate_at_points(
+        s, space, -1, [](const Lanes& weight) { return weight; }, to);
+}
+
+template <int D>
+void SplineScheme<D>::subtract_force(State<D>& s) const
+{
+    evaluate_at_points(s, s_space_, -1, s.spline.s.data());
+    for (int b = 0; b < D; ++b)
+        integrate_at_points(
+            s, v_space_, b,
+            [b](const Lanes& sigma) {
+                Lanes r(0.0);
+                for (int a = 0; a < D; ++a) r[SplineLane::acceleration + a] = -sigma[stress_lane<D>(a, b)];
+                return r;
+            },
+            s.spline.b.data());
+}
+
+template <int D>
+void SplineScheme<D>::project_gradient_of_body(const Model<D>& model, State<D>& s) const
+{
+    SplineWork<D>& work         = s.spline;
+    const std::size_t functions = s_space_.count();
+    auto same                   = [](const Lanes& value) { return value; };
+    clear(work.sums, functions);
+    integrate_functions(s, s_space_, work.sums.data());
+    const CutFactor<D> factor = factor_at_points(s, s_space_, work.body.s, kGhostOfMasses * cell_volume_);
+    const System system{SplineWork<D>::kGradient,
+                        "the projection of the velocity gradient",
+                        s_space_,
+                        s_factors_,
+                        false,
+                        nullptr,
+                        &work.body.s,
+                        Lanes(kGhostOfMasses * cell_volume_),
+                        &factor,
+                        [&](const Lanes* from, Lanes* to) {
+                            evaluate_at_points(s, s_space_, -1, from);
+                            integrate_at_points(s, s_space_, -1, same, to);
+                        }};
+    for (int b = 0; b < D; ++b) {
+        if (!work.is_near) clear(work.L[b], functions);
+        clear(work.b, functions);
+        evaluate_at_points(s, v_space_, b, work.v.data());
+        integrate_at_points(s, s_space_, -1, same, work.b.data());
+        solve(model, s, system, work.L[b].data(), work.b.data());
+    }
+}
+
+/// The same where bodies fill the grid: axis by axis.
+template <int D>
+void SplineScheme<D>::subtract_force_of_full_grid(State<D>& s) const
+{
+    SplineWork<D>& work         = s.spline;
+    const std::size_t functions = v_space_.count();
+    const auto stresses         = static_cast<std::ptrdiff_t>(s_space_.count());
+    keep_room(work.column, static_cast<std::size_t>(stresses));
+    keep_room(work.force, functions);
+    for (int b = 0; b < D; ++b) {
+        parallel_for_each(stresses, [&](std::ptrdiff_t i) {
+            Lanes r(0.0);
+            for (int a = 0; a < D; ++a) r[SplineLane::acceleration + a] = work.s[i][stress_lane<D>(a, b)];
+            work.column[i] = r;
+        });
+        std::array<const AxisMatrix*, D> matrices{};
+        for (int a = 0; a < D; ++a) matrices[a] = a == b ? &slopes_back_[a] : &values_back_[a];
+        along_axes<D>(matrices, work.between, work.column.data(), work.force.data());
+        parallel_for_each(static_cast<std::ptrdiff_t>(functions),
+                          [&](std::ptrdiff_t i) { work.b[i] -= work.force[i] * cell_volume_; });
+    }
+}
+
+/// b -= kGhostRate c/h G v, G the penalty of M: jumps of the velocity across faces of cut cells decay. Without that, displacements of
+/// the highest wave numbers grow at surfaces with stress along them (docs/high_order.md).
+template <int D>
+void SplineScheme<D>::damp_surface(const Model<D>& model, State<D>& s, const Lanes& ghost_weight) const
+{
+    SplineWork<D>& work = s.spline;
+    const double rate   = kGhostRate * model.materials[0].wave_speed() / *std::min_element(model.h.c, model.h.c + D);
+    keep_room(work.q, v_space_.count());
+    parallel_for_each(static_cast<std::ptrdiff_t>(v_space_.count()), [&](std::ptrdiff_t i) {
+        work.q[i] = Lanes(0.0);
+        for (int a = 0; a < D; ++a) work.q[i][SplineLane::acceleration + a] = work.v[i][SplineLane::velocity + a];
+    });
+    work.body.v.multiply(ghost_weight * -rate, work.q.data(), work.b.data());
+}
+
+/// M a = M b - int s_h grad N_i.
+template <int D>
+void SplineScheme<D>::solve_acceleration(const Model<D>& model, State<D>& s) const
+{
+    SplineWork<D>& work         = s.spline;
+    const std::size_t functions = v_space_.count();
+    const Lanes only            = make_lanes(0, 0, 0, 0, 1, 1, 1, 0);
+    keep_room(work.part, functions);
+    keep_room(work.a, functions);
+    parallel_for_each(static_cast<std::ptrdiff_t>(functions), [&](std::ptrdiff_t i) {
+        work.part[i]                      = work.v[i] * only;
+        work.part[i][SplineLane::density] = 1.0;
+    });
+    clear(work.sums, functions);
+    multiply_mass(s, work.part.data(), work.sums.data());  // M b, and the sums of rows
+    Lanes ghost_weight(0.0);
+    if (is_cut_) {
+        ghost_weight = mean_weight(s, [&](int i) { return Lanes(s.particles.m[i]); }) * (kGhostOfMasses * cell_volume_);
+        work.body.v.multiply(ghost_weight, work.part.data(), work.sums.data());
+    }
+    clear(work.b, functions);
+    if (is_cut_) {
+        subtract_force(s);
+        if (D > 1) damp_surface(model, s, ghost_weight);
+    } else {
+        subtract_force_of_full_grid(s);
+    }
+    parallel_for_each(static_cast<std::ptrdiff_t>(functions), [&](std::ptrdiff_t i) {
+        work.b[i] += work.sums[i] * only;
+        work.sums[i] = Lanes(work.sums[i][SplineLane::density]);
+        if (!work.is_near) work.a[i] = work.part[i] * only;
+    });
+
+    Factors exact;
+    const bool is_exact = D == 1 && !is_cut_;
+    std::optional<CutFactor<D>> factor;
+    if (is_cut_) {
+        fill_points(s, [&](std::ptrdiff_t k) { return work.density[k]; });
+        factor.emplace(factor_at_points(s, v_space_, work.body.v, ghost_weight[0]));
+    }
+    if (is_exact) {
+        const SplineAxis& axis = v_space_.axis[0];
+        AxisMass mass(axis, acceleration_free_[0]);
+        for (int cell = 0; cell < axis.cells; ++cell)
+            for (int g = 0; g < points_; ++g)
+                mass.add(axis.span_of(cell), gauss_[0].of_cell(cell) + g * gauss_[0].width,
+                         Lanes(work.density[cell * points_ + g]));
+        exact[0] = mass.factored(0.0).first;
+    }
+    const System system{SplineWork<D>::kMass,
+                        "the mass matrix of splines",
+                        v_space_,
+                        is_exact ? exact : a_factors_,
+                        is_exact,
+                        &Held::acceleration,
+                        is_cut_ ? &work.body.v : nullptr,
+                        ghost_weight,
+                        factor ? &*factor : nullptr,
+                        [&](const Lanes* from, Lanes* to) { multiply_mass(s, from, to); }};
+    solve(model, s, system, work.a.data(), work.b.data());
+}
+
+/// L_h, column by column, int N^S (L_h - grad v_h) = 0.
+template <int D>
+void SplineScheme<D>::project_gradient(const Model<D>& model, State<D>& s) const
+{
+    if (is_cut_) return project_gradient_of_body(model, s);
+    SplineWork<D>& work   = s.spline;
+    const Index<D> counts = s_space_.counts();
+    for (int b = 0; b < D; ++b) {
+        std::array<const AxisMatrix*, D> matrices{};
+        for (int a = 0; a < D; ++a) matrices[a] = a == b ? &slopes_[a] : &values_[a];
+        keep_room(work.L[b], s_space_.count());
+        along_axes<D>(matrices, work.between, work.v.data(), work.L[b].data());
+        for (int a = 0; a < D; ++a)
+            for_each_line<D>(counts, a, [&](std::ptrdiff_t first, std::ptrdiff_t stride) {
+                s_factors_[a].solve(work.L[b].data() + first, stride);
+            });
+    }
+}
+
+#define ORDO_SPLINE_INTEGRALS(D)                                                                        \
+    template void SplineScheme<D>::find_density(const Model<D>&, State<D>&) const;                      \
+    template void SplineScheme<D>::multiply_mass(const State<D>&, const Lanes*, Lanes*) const;          \
+    template void SplineScheme<D>::integrate_functions(State<D>&, const SplineSpace<D>&, Lanes*) const; \
+    template void SplineScheme<D>::solve_acceleration(const Model<D>&, State<D>&) const;                \
+    template void SplineScheme<D>::project_gradient(const Model<D>&, State<D>&) const;
+ORDO_SPLINE_INTEGRALS(1)
+ORDO_SPLINE_INTEGRALS(2)
+ORDO_SPLINE_INTEGRALS(3)
+#undef ORDO_SPLINE_INTEGRALS
+
+}  // namespace ordo

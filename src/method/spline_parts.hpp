@@ -1,0 +1,89 @@
+// What the sources of SplineScheme share; of no use to others.
+#pragma once
+
+#include "base/parallel.hpp"
+#include "grid/axis_mass.hpp"
+#include "method/spline_scheme.hpp"
+#include "method/state.hpp"
+
+#include <array>
+#include <cstddef>
+#include <functional>
+
+namespace ordo {
+
+inline void add(Lanes& total, const Lanes& one) { total += one; }
+
+/// n records of zero.
+inline void clear(Array<Lanes>& array, std::size_t n)
+{
+    keep_room(array, n);
+    parallel_for_each(static_cast<std::ptrdiff_t>(n), [&](std::ptrdiff_t i) { array[i] = Lanes(0.0); });
+}
+
+/// A place in cells, in m.
+template <int D>
+Vec<D> place_of(const Model<D>& model, Vec<D> y)
+{
+    for (int a = 0; a < D; ++a) y[a] = model.origin[a] + y[a] * model.h[a];
+    return y;
+}
+
+template <int D>
+struct SplineScheme<D>::System {
+    typename SplineWork<D>::Solve solve;
+    const char* what;  ///< for messages
+    const SplineSpace<D>& space;
+    const Factors& factors;
+    bool is_exact;                                               ///< the factors are those of the matrix itself: one axis
+    const Lanes Held::*free;                                     ///< null without walls
+    const GhostPenalty<D>* ghost;                                ///< of bodies with free surfaces, else null
+    Lanes ghost_weight;                                          ///< of the penalty
+    const CutFactor<D>* factor;                                  ///< of bodies with free surfaces
+    std::function<void(const Lanes* from, Lanes* to)> multiply;  ///< added to `to`, without regard to walls
+};
+
+template <int D>
+Cover SplineScheme<D>::cover_of(const State<D>& s, int cell) const
+{
+    return is_cut_ ? s.spline.body.cover[cell] : Cover::all;
+}
+
+/// f(cell, its number) for all of them; those that share a function one after another, in one order for any number of threads.
+template <int D>
+template <class F>
+void SplineScheme<D>::for_each_cell(F&& f) const
+{
+    auto visits = static_cast<double>(v_space_.count());
+    for (int a = 0; a < D; ++a) visits *= v_space_.axis[a].degree + 1;
+    for (const auto& colour : blocks_)
+        parallel_for(
+            static_cast<std::ptrdiff_t>(colour.size()),
+            [&](std::ptrdiff_t k) { colour[k].for_each([&](const Index<D>& cell) { f(cell, number_of(cell, cells_)); }); },
+            visits > 10000);
+}
+
+/// f(cell, its number, what of it the body covers) for those of which it covers some.
+template <int D>
+template <class F>
+void SplineScheme<D>::for_each_covered_cell(const State<D>& s, F&& f) const
+{
+    for_each_cell([&](const Index<D>& cell, int number) {
+        const Cover cover = cover_of(s, number);
+        if (cover != Cover::none) f(cell, number, cover);
+    });
+}
+
+/// The sum of weights over the sum of volumes.
+template <int D>
+template <class Weight>
+Lanes SplineScheme<D>::mean_weight(const State<D>& s, const Weight& weight)
+{
+    auto of_particle = [&](std::ptrdiff_t i) { return weight(static_cast<int>(i)); };
+    const Lanes sum  = parallel_reduce(s.particles.count, Lanes(0.0), of_particle, add);
+    auto volume_of   = [&](std::ptrdiff_t i) { return s.particles.V[i]; };
+    auto add_volume  = [](double& total, double V) { total += V; };
+    return sum * (1 / parallel_reduce(s.particles.count, 0.0, volume_of, add_volume));
+}
+
+}  // namespace ordo
