@@ -321,6 +321,49 @@ TEST(SplineFit, ModelsThatItCannotHoldAreRefused)
     EXPECT_NE(refusal(test::walled_box<2>(2, spec)).find("too few for splines"), std::string::npos);
 }
 
+/// What splines do not hold of the velocities, v - v_h(x), loses `null_damping` of itself in a step.
+TEST(SplineFit, VelocitiesThatNoSplineHoldsDecay)
+{
+    for (const std::string& preset : spline_presets()) {
+        const Explicit<1> method(test::walled_box<1>(32, find_preset(preset)->spec));
+        State<1> s = method.start(plant_all(method.model(), test::block(method.model(), 0.0, 1.0, 2)));
+        for (int i = 0; i < s.particles.count; ++i) s.particles.v[i][0] = i % 2 ? 1e-6 : -1e-6;
+        auto rest = [&] {
+            s.spline.is_near = false;
+            method.splines()->evaluate(method.model(), s);
+            double squares = 0;
+            for (int i = 0; i < s.particles.count; ++i)
+                squares += dot(s.particles.v[i] - s.spline.v_at[i], s.particles.v[i] - s.spline.v_at[i]);
+            return std::sqrt(squares);
+        };
+        const double before = rest(), dt = 0.3 / 32 / method.model().materials[0].wave_speed();
+        for (int k = 0; k < 50; ++k) method.step(s, dt);
+        EXPECT_NEAR(rest() / before, std::pow(1 - method.model().method.null_damping, 50), 1e-3) << preset;
+    }
+}
+
+/// F' = L F, in a step so short that nothing else happens.
+TEST(SplineFit, DeformationFollowsTheGradient)
+{
+    for (const std::string& preset : spline_presets()) {
+        const Explicit<2> method(test::walled_box<2>(8, find_preset(preset)->spec));
+        test::Random random(5);
+        State<2> s      = random_particles(method, 3, 0.3, random);
+        Particles<2>& p = s.particles;
+        for (int i = 0; i < p.count; ++i)
+            for (auto& row : p.F[i].c)
+                for (double& of : row) of += test::uniform(random, -0.2, 0.2);
+        method.splines()->evaluate(method.model(), s);
+        const std::vector<Mat<2>> F(p.F.begin(), p.F.begin() + p.count),
+            L(s.spline.L_at.begin(), s.spline.L_at.begin() + p.count);
+        constexpr double dt = 1e-9;
+        method.step(s, dt);
+        for (int i = 0; i < p.count; ++i)
+            for (int a = 0; a < 2; ++a)
+                for (int b = 0; b < 2; ++b) EXPECT_NEAR((p.F[i](a, b) - F[i](a, b)) / dt, (L[i] * F[i])(a, b), 1e-5) << preset;
+    }
+}
+
 /// Mass and momentum of the grid differ from those of the particles by the error of the particles' masses as a quadrature.
 TEST(SplineFit, EnergyIsKept)
 {

@@ -320,6 +320,19 @@ TEST_F(Meshes, WhatIsNotAMeshIsRefused)
     EXPECT_PRED2(says, error<2>(write_mesh(unit_square, {"2 2 1 1 10 20 99"})), "Gmsh cannot read it");
 }
 
+/// A node more than its file counts ends Gmsh 4.8.4 with a signal, in the process that reads for this one.
+TEST_F(Meshes, CrashesOfGmshAreRefused)
+{
+    const auto file =
+        write("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 0 0\n5 1 1 0\n6 0 1 0\n"
+              "$EndNodes\n$Elements\n2\n1 2 2 1 1 1 2 3\n2 2 2 1 1 4 5 6\n$EndElements\n");
+    for (int k = 0; k < 3; ++k) {
+        const std::string why = error<2>(file);
+        EXPECT_TRUE(says(why, "Gmsh crashed (signal 11)") || says(why, "Gmsh cannot read it")) << why;
+    }
+    EXPECT_NEAR(check(read_mesh<2>(data / "square.msh")).volume, 1, 1e-13);
+}
+
 TEST_F(Meshes, OtherDimensionsAreRefused)
 {
     EXPECT_PRED2(says, error<2>(data / "cube_tets.msh"), "has dimension 3 (Tetrahedron 4), the case 2; set grid.dim = 3 or");
