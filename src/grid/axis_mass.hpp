@@ -27,13 +27,14 @@ void for_each_gauss_point(const SplineAxis& axis, int points, F&& f)
 }
 
 /// The masks of walls at the ends of an axis: lanes of its first and its last function that stay free are 1.
-using Ends = std::array<Lanes, 2>;
-inline const Ends kFree{Lanes(1.0), Lanes(1.0)};
+using AxisEnds = std::array<Lanes, 2>;
+inline const AxisEnds kFreeEnds{Lanes(1.0), Lanes(1.0)};
 
 /// sum w N_i N_j over points of an axis, with rows of the one matrix in the lanes that its ends hold.
 class AxisMass {
   public:
-    AxisMass(const SplineAxis& axis, const Ends& free) : axis_(axis), free_(free), sum_(axis.count(), axis.degree, axis.periodic)
+    AxisMass(const SplineAxis& axis, const AxisEnds& free)
+        : axis_(axis), free_(free), sum_(axis.count(), axis.degree, axis.periodic)
     {}
 
     /// A point of this weight, at which the functions from `span` on have the values w.
@@ -61,12 +62,12 @@ class AxisMass {
     }
 
     const SplineAxis& axis_;
-    Ends free_;
+    AxisEnds free_;
     Banded<Lanes> sum_;
 };
 
 /// Factors of int N_i N_j, in cells.
-inline Banded<Lanes> unit_mass(const SplineAxis& axis, const Ends& free)
+inline Banded<Lanes> unit_mass(const SplineAxis& axis, const AxisEnds& free)
 {
     AxisMass mass(axis, free);
     for_each_gauss_point(axis, axis.degree + 1, [&](int, double, double weight, int span, const double* w, const double*) {

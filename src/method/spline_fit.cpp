@@ -53,7 +53,7 @@ ORDO_FLAT inline void spread_cell(const SplineSpace<D>& space, const SplineWork<
     cell.add_to(to);
 }
 
-/// The two in one: to += W^T diag(weight) W from.
+/// to += W^T diag(weight) W from, W being the weights of the particles in a cell.
 template <int D, int P, class Weight>
 ORDO_FLAT inline void multiply_cell(const SplineSpace<D>& space, const SplineWork<D>& work, const SampleRows& rows,
                                     const Index<D>& at, int number, const Weight& weight, const Lanes* from, Lanes* to)
@@ -233,7 +233,7 @@ void SplineScheme<D>::fit(const Model<D>& model, State<D>& s, const FitTask& tas
         const bool is_exact = D == 1 && !task.ghost;
         if (is_exact) {
             const SplineAxis& axis = task.space.axis[0];
-            AxisMass mass(axis, task.free ? velocity_free_[0] : kFree);
+            AxisMass mass(axis, task.free ? velocity_free_[0] : kFreeEnds);
             for (int cell = 0; cell < axis.cells; ++cell)
                 for (int k = work.first[cell]; k < work.first[cell + 1]; ++k)
                     mass.add(axis.span_of(cell), task.rows.weights.data() + static_cast<std::ptrdiff_t>(k) * task.rows.width,

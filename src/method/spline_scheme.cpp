@@ -152,7 +152,7 @@ SplineScheme<D>::SplineScheme(const Model<D>& model) : cells_(model.cells), is_c
                 for (int j = 0; j <= P; ++j) at_vertices_[a].add(k, v.wrapped(span + j), w[j]);
             }
         });
-        s_factors_[a] = unit_mass(s, kFree);
+        s_factors_[a] = unit_mass(s, kFreeEnds);
     }
 
     const auto rule = gauss_rule(points_);
@@ -187,8 +187,8 @@ SplineScheme<D>::SplineScheme(const Model<D>& model) : cells_(model.cells), is_c
 template <int D>
 void SplineScheme<D>::hold_walls(const Model<D>& model)
 {
-    for (auto& ends : velocity_free_) ends = kFree;
-    for (auto& ends : acceleration_free_) ends = kFree;
+    for (auto& ends : velocity_free_) ends = kFreeEnds;
+    for (auto& ends : acceleration_free_) ends = kFreeEnds;
     for (const Boundary<D>& b : model.boundaries)
         for (int c = 0; c < D; ++c)
             if (b.constrains(c)) {
