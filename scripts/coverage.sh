@@ -1,26 +1,37 @@
 #!/usr/bin/env bash
 # Measures which lines of src the tests run: builds the preset `coverage`, runs every test, prints the part of each folder and of
 # all, and ends with exit code 1 below 90 %. With the argument --html it also writes build/coverage/html/index.html.
+#   scripts/coverage.sh [--html]
+#   scripts/coverage.sh --of BUILD      the figures alone, of tests that have run in a build with --coverage
 set -euo pipefail
 cd "$(dirname "$0")/.."
 source scripts/packages.sh
-command -v apt-get >/dev/null && install_packages "${ordo_build_packages[@]}" "${ordo_test_packages[@]}" gcovr
+command -v apt-get >/dev/null && install_packages "${ordo_build_packages[@]}" "${ordo_test_packages[@]}"
 
 at_least=90
-cmake --preset coverage >/dev/null
-cmake --build --preset coverage
-find build/coverage -name '*.gcda' -delete
-ctest --preset coverage --exclude-regex '^package'  # another project would have to link the library of coverage too
-mkdir -p build/coverage/html
-report=(--json-summary build/coverage/coverage.json)
-[ "${1:-}" != --html ] || report+=(--html-details build/coverage/html/index.html)
-gcovr --root . --filter src/ --object-directory build/coverage --exclude-unreachable-branches --exclude-throw-branches \
-  -j "$(nproc)" "${report[@]}" >/dev/null
-python3 - "$at_least" <<'END'
+build=build/coverage
+if [ "${1:-}" = --of ]; then
+  build=$2
+else
+  cmake --preset coverage >/dev/null
+  cmake --build --preset coverage
+  find $build -name '*.gcda' -delete
+  ctest --preset coverage --exclude-regex '^package'  # another project would have to link the library of coverage too
+fi
+gcov=gcov
+! grep -q '^CMAKE_CXX_COMPILER:.*clang' "$build/CMakeCache.txt" || gcov="llvm-cov gcov"
+report=(--json-summary "$build/coverage.json")
+if [ "${1:-}" = --html ]; then
+  mkdir -p $build/html
+  report+=(--html-details $build/html/index.html)
+fi
+gcovr --root . --filter src/ --object-directory "$build" --gcov-executable "$gcov" --exclude-unreachable-branches \
+  --exclude-throw-branches -j "$(nproc)" "${report[@]}" >/dev/null
+python3 - "$at_least" "$build/coverage.json" <<'END'
 import collections, json, sys
 
 lines = collections.defaultdict(lambda: [0, 0])
-for file in json.load(open("build/coverage/coverage.json"))["files"]:
+for file in json.load(open(sys.argv[2]))["files"]:
     for name in (file["filename"].split("/")[1], "src"):
         lines[name][0] += file["line_covered"]
         lines[name][1] += file["line_total"]

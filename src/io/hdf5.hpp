@@ -63,7 +63,7 @@ class Hdf5Reader {
     std::string text(const std::string& name) const;
 
   private:
-    std::int64_t file_ = -1;
+    [[maybe_unused]] std::int64_t file_ = -1;
 };
 
 }  // namespace ordo::io
