@@ -66,8 +66,8 @@ class GhostPenalty {
                 for (T& j : jump) j = T(0.0);
                 visit<P>(face, [&](std::size_t function, int across, double d) { jump[across] += from[function] * d; });
                 auto gram = [&](int b) { return gram_[b].data() + face.cell[b] * width * width; };
-                if constexpr (D > 1) multiply_gram<P, 1>(gram(face.axis == 0 ? 1 : 0), jump);
-                if constexpr (D > 2) multiply_gram<P, width>(gram(face.axis == 2 ? 1 : 2), jump);
+                if constexpr (D > 1) multiply_gram<P, 1>(gram(face.axis() == 0 ? 1 : 0), jump);
+                if constexpr (D > 2) multiply_gram<P, width>(gram(face.axis() == 2 ? 1 : 2), jump);
                 for (T& j : jump) j = j * factor;
                 visit<P>(face, [&](std::size_t function, int across, double d) { to[function] += jump[across] * d; });
             }
@@ -82,13 +82,13 @@ class GhostPenalty {
             std::vector<double> block;
             for (const Face& face : faces_) {
                 const IndexBox<D> functions{{}, size_at<P>(face)};
-                const double* jump = jumps_[face.axis].data() + face.cell[face.axis] * (P + 2);
+                const double* jump = jumps_[face.axis()].data() + face.cell[face.axis()] * (P + 2);
                 block.clear();
                 functions.for_each([&](const Index<D>& i) {
                     functions.for_each([&](const Index<D>& j) {
-                        double product = jump[i[face.axis]] * jump[j[face.axis]];
+                        double product = jump[i[face.axis()]] * jump[j[face.axis()]];
                         for (int b = 0; b < D; ++b)
-                            if (b != face.axis) product *= gram_[b][(face.cell[b] * (P + 1) + i[b]) * (P + 1) + j[b]];
+                            if (b != face.axis()) product *= gram_[b][(face.cell[b] * (P + 1) + i[b]) * (P + 1) + j[b]];
                         block.push_back(product);
                     });
                 });
@@ -100,14 +100,17 @@ class GhostPenalty {
   private:
     struct Face {
         Index<D> cell;  ///< before it
-        int axis;       ///< across it
+        int normal;     ///< the axis across it, see axis()
+
+        /// In 1D the compiler must know that this is axis 0: else it also unrolls the other case and warns of it.
+        int axis() const { return D == 1 ? 0 : normal; }
     };
 
     template <int P>
     static Index<D> size_at(const Face& face)
     {
         Index<D> size   = Index<D>::filled(P + 1);
-        size[face.axis] = P + 2;
+        size[face.axis()] = P + 2;
         return size;
     }
 
@@ -139,16 +142,16 @@ class GhostPenalty {
     template <int P, class F>
     void visit(const Face& face, const F& f) const
     {
-        const double* jump   = jumps_[face.axis].data() + face.cell[face.axis] * (P + 2);
+        const double* jump   = jumps_[face.axis()].data() + face.cell[face.axis()] * (P + 2);
         const Index<D> first = space_.first_of(face.cell);
         IndexBox<D>{{}, size_at<P>(face)}.for_each([&](const Index<D>& k) {
             Index<D> at{};
             int across = 0;
             for (int b = D - 1; b >= 0; --b) {
                 at[b] = space_.axis[b].wrapped(first[b] + k[b]);
-                if (b != face.axis) across = across * (P + 1) + k[b];
+                if (b != face.axis()) across = across * (P + 1) + k[b];
             }
-            f(space_.number(at), across, jump[k[face.axis]]);
+            f(space_.number(at), across, jump[k[face.axis()]]);
         });
     }
 
