@@ -16,7 +16,7 @@ struct Block {
     Explicit<3> method;
     Passes<3> passes;
     State<3> s;
-    Material material{MaterialModel::neo_hookean, 1e3, 5.8e5, 3.8e5};
+    Material material{find_law("neo-hookean"), 1e3, 5.8e5, 3.8e5};
 
     explicit Block(const MethodSpec& spec)
         : method(model_of(spec)),
@@ -30,7 +30,7 @@ struct Block {
         model.method    = spec;
         model.h         = Vec<3>::filled(1.0 / 32);
         model.cells     = {32, 32, 32};
-        model.materials = {{MaterialModel::neo_hookean, 1e3, 5.8e5, 3.8e5}};
+        model.materials = {{find_law("neo-hookean"), 1e3, 5.8e5, 3.8e5}};
         model.body_forces.resize(1);
         return model;
     }

@@ -48,7 +48,7 @@ Model<D> block_model(const MethodSpec& spec, int cells)
     model.method    = spec;
     model.h         = Vec<D>::filled(1.0 / cells);
     model.cells     = Index<D>::filled(cells);
-    model.materials = {elastic_material(MaterialModel::neo_hookean, kDensity, kYoung, kPoisson)};
+    model.materials = {elastic_material(find_law("neo-hookean"), kDensity, kYoung, kPoisson)};
     model.body_forces.resize(2);
     if (is_spline_fit(spec))
         for (int a = 0; a < D; ++a) add_walls(model, a);

@@ -56,7 +56,7 @@ void list_methods()
 void list_materials()
 {
     fmt::print("Materials (material.model)\n");
-    for (const auto& m : io::material_models()) fmt::print("  {:<20} {}\n", m.name, m.what);
+    for (const LawRow& m : laws()) fmt::print("  {:<20} {}\n", m.name, m.what);
 }
 
 void list_shapes()

@@ -103,8 +103,8 @@ const Section<MaterialInput>& material_section()
 {
     static const Section<MaterialInput> s = [] {
         std::vector<std::string> models;
-        for (const ModelInfo& m : material_models()) models.push_back(m.name);
-        return Section<MaterialInput>{
+        for (const LawRow& law : laws()) models.emplace_back(law.name);
+        Section<MaterialInput> section{
             .name = "material", .what = "A material. Elastic constants come as one pair: young and poisson, lambda and mu, or bulk and shear; linear-rate-1d takes young alone.", .repeated = true,
             .keys = {{&MaterialInput::name, {.name = "name", .what = "what bodies call it", .required = true}},
                      {&MaterialInput::model, {.name = "model", .what = "constitutive model, see `ordo list materials`", .choices = models}},
@@ -115,6 +115,10 @@ const Section<MaterialInput>& material_section()
                      {&MaterialInput::mu, {.name = "mu", .what = "second Lame constant", .unit = "Pa", .min = 0, .open_min = true}},
                      {&MaterialInput::bulk, {.name = "bulk", .what = "bulk modulus", .unit = "Pa", .min = 0, .open_min = true}},
                      {&MaterialInput::shear, {.name = "shear", .what = "shear modulus", .unit = "Pa", .min = 0, .open_min = true}}}};
+        for (const LawRow& law : laws())
+            for (const LawParameter& p : law.parameters)
+                section.keys.push_back({&MaterialInput::parameters, {.name = std::string(p.name), .what = fmt::format("{}, of {}", p.what, law.name), .unit = std::string(p.unit), .min = p.min, .max = p.max}});
+        return section;
     }();
     return s;
 }
@@ -416,14 +420,9 @@ MethodSpec resolve_method(MethodInput& in)
     return spec;
 }
 
-Material resolve_material(const MaterialInput& in, int dim)
+/// The Lame constants of a material from the pair that is given.
+void resolve_elasticity(const MaterialInput& in, const LawRow& law, Material& m)
 {
-    Material m{};
-    for (const ModelInfo& i : material_models())
-        if (i.name == in.model) m.model = i.model;
-    m.density = in.density;
-    if (in.name.empty()) in.fail("name", "must not be empty; bodies name their material by it");
-
     const std::pair<const char*, bool> given[] = {{"young", in.young.has_value()},   {"poisson", in.poisson.has_value()},
                                                   {"lambda", in.lambda.has_value()}, {"mu", in.mu.has_value()},
                                                   {"bulk", in.bulk.has_value()},     {"shear", in.shear.has_value()}};
@@ -433,14 +432,13 @@ Material resolve_material(const MaterialInput& in, int dim)
         if (is) names += (count++ ? ", " : "") + std::string(name);
     if (count == 0) names = "none";
 
-    if (m.model == MaterialModel::linear_rate_1d) {
-        if (dim != 1) in.fail("model", fmt::format("linear-rate-1d exists in 1D only (dim = {}); use jaumann-elastic", dim));
-        if (count != 1 || !in.young) in.fail("model", "linear-rate-1d takes young alone (got " + names + ")");
+    if (law.elasticity == Elasticity::young) {
+        if (count != 1 || !in.young) in.fail("model", fmt::format("{} takes young alone (got {})", law.name, names));
         m.mu = *in.young / 2;
-        return m;
+        return;
     }
     if (count == 2 && in.young && in.poisson) {
-        m = elastic_material(m.model, in.density, *in.young, *in.poisson);
+        m = elastic_material(m.law, in.density, *in.young, *in.poisson);
     } else if (count == 2 && in.lambda && in.mu) {
         m.lambda = *in.lambda;
         m.mu     = *in.mu;
@@ -454,6 +452,42 @@ Material resolve_material(const MaterialInput& in, int dim)
     }
     if (!(3 * m.lambda + 2 * m.mu > 0))
         in.fail("lambda", "makes the bulk modulus lambda + 2 mu/3 zero or negative; the material would collapse");
+}
+
+/// Throws where a field to be written is a history column that no material of the case carries.
+void require_carried(const CaseInput& c)
+{
+    auto carries = [](const LawRow& law, const std::string& name) {
+        return std::any_of(law.history.begin(), law.history.end(),
+                           [&](const HistoryColumn& column) { return column.name == name; });
+    };
+    for (const std::string& f : c.output.fields) {
+        const bool is_column = std::any_of(laws().begin(), laws().end(), [&](const LawRow& law) { return carries(law, f); });
+        const bool is_there  = std::any_of(c.resolved_materials.begin(), c.resolved_materials.end(),
+                                           [&](const Material& m) { return carries(*m.law, f); });
+        if (is_column && !is_there) c.output.fail("fields", "no material of the case carries \"" + f + "\"");
+    }
+}
+
+Material resolve_material(const MaterialInput& in, int dim)
+{
+    if (in.name.empty()) in.fail("name", "must not be empty; bodies name their material by it");
+    const LawRow& law = *find_law(in.model);
+    if (dim > law.max_dim)
+        in.fail("model", fmt::format("{} exists in {}D only (dim = {}); use jaumann-elastic", law.name, law.max_dim, dim));
+    Material m{&law, in.density};
+    resolve_elasticity(in, law, m);
+    std::size_t used = 0;
+    for (const LawParameter& p : law.parameters) {
+        const auto found = in.parameters.find(std::string(p.name));
+        if (found == in.parameters.end())
+            in.fail("model", fmt::format("{} needs {} ({}{})", law.name, p.name, p.what,
+                                         p.unit.empty() ? "" : fmt::format(", {}", p.unit)));
+        m.parameters[used++] = found->second;
+    }
+    for (const auto& [key, value] : in.parameters)
+        if (std::none_of(law.parameters.begin(), law.parameters.end(), [&](const LawParameter& p) { return p.name == key; }))
+            in.fail(key, fmt::format("is no parameter of {}", law.name));
     return m;
 }
 
@@ -631,6 +665,7 @@ void validate(CaseInput& c, const std::filesystem::path& file)
     for (const std::string& f : c.output.fields)
         if (std::count(c.output.fields.begin(), c.output.fields.end(), f) > 1)
             c.output.fail("fields", "names \"" + f + "\" twice");
+    require_carried(c);
     for (const ProbeInput& p : c.probes) {
         if (p.particle.empty() == p.point.empty()) p.fail("point", "give either particle or point");
         if (!p.point.empty() && c.spec.enrichment == Enrichment::all)
@@ -669,20 +704,10 @@ const std::vector<ShapeInfo>& shapes()
     return rows;
 }
 
-const std::vector<ModelInfo>& material_models()
-{
-    static const std::vector<ModelInfo> rows = {
-        {MaterialModel::neo_hookean, "neo-hookean", "sigma = [lambda ln J I + mu (F F^T - I)]/J (Gong 2015; Tran et al. 2019)"},
-        {MaterialModel::st_venant_kirchhoff, "st-venant-kirchhoff", "S = lambda tr(E) I + 2 mu E with the Green strain E"},
-        {MaterialModel::jaumann_elastic, "jaumann-elastic", "linear elastic rate law with the Jaumann rate, midpoint rule of Hughes & Winget (1980)"},
-        {MaterialModel::linear_rate_1d, "linear-rate-1d", "sigma' = E dv/dx, 1D only (Wobbes et al. 2020)"},
-    };
-    return rows;
-}
-
 const std::vector<std::pair<std::string, std::string>>& output_fields()
 {
-    static const std::vector<std::pair<std::string, std::string>> rows = {
+    static const std::vector<std::pair<std::string, std::string>> rows = [] {
+        std::vector<std::pair<std::string, std::string>> r = {
         {"displacement", "x - X, m"},
         {"velocity", "m/s"},
         {"stress", "Cauchy stress, 9 components, Pa"},
@@ -693,7 +718,13 @@ const std::vector<std::pair<std::string, std::string>>& output_fields()
         {"pressure", "-tr(sigma)/3, Pa"},
         {"von_mises", "von Mises stress, Pa"},
         {"energy_density", "stored energy per current volume, J/m^3"},
-    };
+        };
+        for (const LawRow& law : laws())
+            for (const HistoryColumn& c : law.history)
+                if (std::none_of(r.begin(), r.end(), [&](const auto& row) { return row.first == c.name; }))
+                    r.emplace_back(c.name, fmt::format("{}, of {}", c.what, law.name));
+        return r;
+    }();
     return rows;
 }
 

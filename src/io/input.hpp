@@ -35,6 +35,7 @@ struct MaterialInput : Located {
     std::string model = "neo-hookean";
     double density    = 0.0;
     std::optional<double> young, poisson, lambda, mu, bulk, shear;
+    Numbers parameters;  ///< of the model, by their keys
 };
 
 struct BodyInput : Located {
@@ -115,13 +116,6 @@ struct ShapeInfo {
     int min_dim, max_dim;
 };
 const std::vector<ShapeInfo>& shapes();
-
-/// A material model of the input.
-struct ModelInfo {
-    MaterialModel model;
-    std::string name, what;
-};
-const std::vector<ModelInfo>& material_models();
 
 /// Names of the particle fields that `output.fields` may list, with what they are.
 const std::vector<std::pair<std::string, std::string>>& output_fields();

@@ -82,10 +82,13 @@ struct KeyInfo {
     std::vector<std::string> choices = {};
 };
 
+/// Numbers by their keys, for keys that only tables know: parameters of laws.
+using Numbers = std::map<std::string, double>;
+
 template <class Owner>
 using Member = std::variant<double Owner::*, std::optional<double> Owner::*, int Owner::*, std::optional<int> Owner::*,
                             bool Owner::*, std::string Owner::*, std::vector<double> Owner::*, std::vector<int> Owner::*,
-                            std::vector<std::string> Owner::*, std::vector<Expression> Owner::*>;
+                            std::vector<std::string> Owner::*, std::vector<Expression> Owner::*, Numbers Owner::*>;
 
 template <class Owner>
 struct Key {
@@ -119,6 +122,7 @@ struct ValueReader {
     void read(const toml::node& node, bool& out) const;
     void read(const toml::node& node, std::string& out) const;
     void read(const toml::node& node, Expression& out) const;
+    void read(const toml::node& node, Numbers& out) const { read(node, out[info.name]); }
     template <class T>
     void read(const toml::node& node, std::optional<T>& out) const
     {
@@ -213,6 +217,18 @@ std::string to_toml(const std::vector<T>& values)
     return r + "]";
 }
 
+/// What a member holds of a key: all of it, or the number of that name.
+template <class T>
+const T& value_of(const T& member, const std::string&)
+{
+    return member;
+}
+inline std::optional<double> value_of(const Numbers& member, const std::string& key)
+{
+    const auto found = member.find(key);
+    return found == member.end() ? std::nullopt : std::optional(found->second);
+}
+
 /// The table as TOML with every default; keys without a value are left out.
 template <class Owner>
 std::string echo(const Section<Owner>& section, const Owner& owner)
@@ -220,7 +236,7 @@ std::string echo(const Section<Owner>& section, const Owner& owner)
     std::string text;
     if (!section.name.empty()) text += "\n" + section.header() + "\n";
     for (const auto& k : section.keys) {
-        std::string value = std::visit([&](auto member) { return to_toml(owner.*member); }, k.member);
+        std::string value = std::visit([&](auto member) { return to_toml(value_of(owner.*member, k.info.name)); }, k.member);
         if (value.empty() && owner.has(k.info.name)) value = "[]";
         if (!value.empty() && value != "\"\"") text += fmt::format("{} = {}\n", k.info.name, value);
     }
@@ -248,13 +264,15 @@ std::string reference(const Section<Owner>& section)
         std::string operator()(std::vector<int> Owner::*) const { return "integers"; }
         std::string operator()(std::vector<std::string> Owner::*) const { return "strings"; }
         std::string operator()(std::vector<Expression> Owner::*) const { return "numbers or expressions"; }
+        std::string operator()(Numbers Owner::*) const { return "number"; }
     };
     std::string text     = fmt::format("## {}\n\n{}\n\n| key | type | default | unit | meaning |\n|---|---|---|---|---|\n",
                                    section.name.empty() ? "Top level" : "`" + section.header() + "`", section.what);
     const Owner defaults = Owner();
     for (const auto& k : section.keys) {
         std::string value = k.info.default_text;
-        if (value.empty()) value = std::visit([&](auto member) { return to_toml(defaults.*member); }, k.member);
+        if (value.empty())
+            value = std::visit([&](auto member) { return to_toml(value_of(defaults.*member, k.info.name)); }, k.member);
         if (k.info.required) value = "required";
         text +=
             fmt::format("| `{}` | {} | {} | {} | {} |\n", k.info.name, describe_type(std::visit(TypeName{}, k.member), k.info),

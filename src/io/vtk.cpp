@@ -81,18 +81,6 @@ constexpr std::string_view kHead = R"(<?xml version="1.0"?>
 <VTKFile type="{}" version="1.0" byte_order="LittleEndian" header_type="UInt64">
 )";
 
-/// Stress with the normal components across a 1D or 2D problem.
-template <int D>
-Mat<3> full_stress(const Model<D>& model, const Particles<D>& p, int i)
-{
-    Mat<3> r{};
-    const double lateral = D < 3 ? lateral_stress(model.materials[p.material[i]], p.F[i], p.sigma[i]) : 0.0;
-    for (int a = 0; a < 3; ++a) r(a, a) = lateral;
-    for (int a = 0; a < D; ++a)
-        for (int b = 0; b < D; ++b) r(a, b) = p.sigma[i](a, b);
-    return r;
-}
-
 /// The array of a field; the particles in the order given. All must live until `data` is written.
 template <int D>
 std::string field_array(Appended& data, const std::string& name, const std::vector<int>& order, const Model<D>& model,
@@ -116,7 +104,7 @@ std::string field_array(Appended& data, const std::string& name, const std::vect
     if (name == "displacement") return vector([&](int i) { return displacement(model, p, i); });
     if (name == "position") return vector([&](int i) { return place_in_period(model, p, i); });
     if (name == "velocity") return vector([&](int i) { return p.v[i]; });
-    if (name == "stress") return tensor([&](int i) { return full_stress(model, p, i); });
+    if (name == "stress") return tensor([&](int i) { return full(p.sigma[i]); });
     if (name == "deformation_gradient")
         return tensor([&](int i) {
             Mat<3> F = Mat<3>::identity();
@@ -127,17 +115,18 @@ std::string field_array(Appended& data, const std::string& name, const std::vect
     if (name == "density") return scalar([&](int i) { return p.m[i] / p.V[i]; });
     if (name == "mass") return scalar([&](int i) { return p.m[i]; });
     if (name == "volume") return scalar([&](int i) { return p.V[i]; });
-    if (name == "pressure") return scalar([&](int i) { return -trace(full_stress(model, p, i)) / 3; });
+    if (name == "pressure") return scalar([&](int i) { return -trace(p.sigma[i]) / 3; });
     if (name == "von_mises")
         return scalar([&](int i) {
-            Mat<3> s          = full_stress(model, p, i);
+            Mat<3> s          = full(p.sigma[i]);
             const double mean = trace(s) / 3;
             for (int a = 0; a < 3; ++a) s(a, a) -= mean;
             return std::sqrt(1.5 * ddot(s, s));
         });
     if (name == "energy_density")
-        return scalar(
-            [&](int i) { return strain_energy(model.materials[p.material[i]], p.F[i], p.sigma[i], p.V0[i], p.V[i]) / p.V[i]; });
+        return scalar([&p, energy = StoredEnergy<D>(model.materials, p)](int i) { return energy(i) / p.V[i]; });
+    if (const int column = p.history_column(name); column >= 0)
+        return scalar([&, column](int i) { return p.history[column][i]; });
     throw std::logic_error("field_array: no field " + name);
 }
 

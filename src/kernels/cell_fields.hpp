@@ -119,7 +119,7 @@ ORDO_FLAT inline void set_point(const ParticleView<D>& q, int k, const Vec<D>& x
     int entry = F::stress;
     for (int a = 0; a < D; ++a) {
         q.v[k][a] = has_velocity ? u[F::momentum + a] / u[F::density] : 0.0;
-        for (int b = a; b < D; ++b) q.sigma[k](a, b) = q.sigma[k](b, a) = u[entry++];
+        for (int b = a; b < D; ++b) q.sigma[k](a, b) = u[entry++];
         if (q.b) q.b[k][a] = u[F::body_force + a];
     }
 }

@@ -1,4 +1,4 @@
-// Nodes to particles: velocity update, stress update and motion, fused at will in one sweep over the particles.
+// Nodes to particles: velocity update, deformation and motion, fused at will in one sweep over the particles.
 #pragma once
 
 #include "kernels/cell_gradient.hpp"
@@ -14,9 +14,9 @@ namespace ordo {
 /// What a gather does. Shape functions are those of x^n in every pass: only `move`, the last one, changes x and domains.
 enum GatherPart : unsigned {
     kUpdateVelocity = 1u,  ///< v_p += sum phi dv_i (FLIP), or a part of it (PIC)
-    kUpdateStress   = 2u,  ///< F_p = (I + dt L_p) F_p; sigma_p; V_p = J V0
+    kDeform         = 2u,  ///< F_p = (I + dt L_p) F_p; V_p = J V0; the stress follows, see stress.hpp
     kMove           = 4u,  ///< x_p += dt sum phi v_i; the domain follows F_p. Cells move otherwise, see move_corners
-    kStressOfPast   = 8u,  ///< kUpdateStress by the step that led here: x^n is its end, not its start
+    kDeformOfPast   = 8u,  ///< kDeform by the step that led here: x^n is its end, not its start
 };
 
 /// L from the gradients of the lanes of a node.
@@ -105,30 +105,6 @@ void collect_in_cells(const Sweep<S::dim>& s, const Batch& b, FromNodes<S::dim>&
     });
 }
 
-/// The stress of a batch after a step whose displacement gradient is dtL, Pa; particles may be of several materials.
-template <int D>
-ORDO_FLAT inline Mat<D, Lanes> new_stress(const Sweep<D>& s, const Batch& b, const Mat<D, Lanes>& F, const Mat<D, Lanes>& dtL)
-{
-    auto stress_of = [&](std::int32_t material) {
-        return with_material<D>(s.materials[material], [&](const auto& law) {
-            if constexpr (Hyperelastic<std::decay_t<decltype(law)>>)
-                return law.cauchy(F);
-            else
-                return law.update(load(s.p.sigma, b), dtL);
-        });
-    };
-    const std::int32_t* material = s.p.material + b.first;
-    Mat<D, Lanes> sigma          = stress_of(material[0]);
-    if (are_alike(s.p.material, b)) return sigma;
-    for (int k = 1; k < b.count; ++k) {
-        if (material[k] == material[k - 1]) continue;
-        const Mat<D, Lanes> other = stress_of(material[k]);
-        for (int j = k; j < b.count; ++j)
-            for (int c = 0; c < D * D; ++c) sigma(c / D, c % D)[j] = other(c / D, c % D)[j];
-    }
-    return sigma;
-}
-
 /// Flags fault(k) where lane k of `sound` is negative or no number.
 template <class WhichFault>
 ORDO_FLAT inline void report_lanes(const Lanes& sound, const Batch& b, TileReport& report, WhichFault&& fault)
@@ -138,7 +114,8 @@ ORDO_FLAT inline void report_lanes(const Lanes& sound, const Batch& b, TileRepor
         if (!(sound[k] >= 0)) report.flag(fault(k), b.first + k);
 }
 
-/// F, sigma and V of a batch from dt L, the displacement gradient of the step with respect to its start.
+/// F and V of a batch from dt L, the displacement gradient of the step with respect to its start. The stress follows, see
+/// stress.hpp.
 template <int D>
 ORDO_FLAT inline void deform(const Sweep<D>& s, const Batch& b, const Mat<D, Lanes>& dtL, TileReport& report)
 {
@@ -147,9 +124,8 @@ ORDO_FLAT inline void deform(const Sweep<D>& s, const Batch& b, const Mat<D, Lan
     const Lanes J = det(F);
     store(p.F, b, F);
     if (!p.cell) store(p.V, b, J * load(p.V0, b));  // a cell has the volume between its corners
-    const Mat<D, Lanes> sigma = new_stress(s, b, F, dtL);
-    store(p.sigma, b, sigma);
-    const Lanes sound = J - std::numeric_limits<double>::min() + 0.0 * trace(sigma);  // not a number where the stress is none
+    if (s.increments) store(s.increments, Batch{b.first - s.increment_first, b.count}, dtL);
+    const Lanes sound = J - std::numeric_limits<double>::min();
     report_lanes(sound, b, report, [&](int k) { return J[k] <= 0 ? Fault::inverted : Fault::not_finite; });
 }
 
@@ -186,7 +162,7 @@ template <Shape S, class Evolution, unsigned parts>
 void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
 {
     constexpr int D          = S::dim;
-    constexpr bool has_value = (parts & (kUpdateVelocity | kMove)) != 0, has_gradient = (parts & kUpdateStress) != 0;
+    constexpr bool has_value = (parts & (kUpdateVelocity | kMove)) != 0, has_gradient = (parts & kDeform) != 0;
     const Sweep<D> s  = sweep;  // copies that no store to a particle can alias
     TileReport report = out;
     Lanes move(report.move), reach(report.reach);
@@ -209,7 +185,7 @@ void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
             Mat<D, Lanes> dtL = nodes.velocity_gradients();
             if (s.keeps_gradient) store(s.p.L, b, dtL);
             dtL *= Lanes(s.dt);
-            if constexpr ((parts & kStressOfPast) != 0) dtL = from_start(dtL);
+            if constexpr ((parts & kDeformOfPast) != 0) dtL = from_start(dtL);
             deform(s, b, dtL, report);
         }
         if constexpr ((parts & kMove) != 0) {

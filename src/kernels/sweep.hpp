@@ -18,6 +18,10 @@ struct Sweep {
     double stretch_limit;              ///< of parallelepipeds, cells; 0 is none
     bool keeps_gradient    = false;    ///< L_p is stored
     const Lanes* gradients = nullptr;  ///< at the centres of cells, see cell_gradient.hpp; null where particles use their own
+    /// Where a gather leaves the displacement gradients of the step for the stress update, those of particle `increment_first`
+    /// first; null where no law asks for them.
+    Mat<D>* increments  = nullptr;
+    int increment_first = 0;
 };
 
 enum class Fault { none, not_finite, inverted, left_grid, domain_turned, domain_too_wide };

@@ -21,6 +21,46 @@ struct Totals {
     double total_energy() const { return kinetic_energy + strain_energy; }
 };
 
+/// Stored energies of particles, J.
+template <int D>
+class StoredEnergy {
+  public:
+    StoredEnergy(const std::vector<Material>& materials, const Particles<D>& p) : materials_(materials), p_(p)
+    {
+        for (const Material& m : materials) {
+            std::vector<const double*>& columns = columns_.emplace_back();
+            for (const HistoryColumn& c : m.law->history) columns.push_back(p.history[p.history_column(c.name)].data());
+        }
+    }
+
+    double operator()(int i) const
+    {
+        const Material& m = materials_[p_.material[i]];
+        double history[most_columns];
+        int k = 0;
+        for (const double* column : columns_[p_.material[i]]) history[k++] = column[i];
+        return m.law->in<D>().energy(m, p_.F[i], p_.sigma[i], p_.V0[i], p_.V[i], history);
+    }
+    /// Of a batch; spare lanes repeat the last particle.
+    Lanes operator()(const Batch& b) const
+    {
+        if (!are_alike(p_.material.data(), b)) return each_particle(b, [&](int i) { return (*this)(i); });
+        const Material& m = materials_[p_.material[b.first]];
+        Lanes history[most_columns];
+        int k = 0;
+        for (const double* column : columns_[p_.material[b.first]]) history[k++] = load(column, b);
+        return m.law->in<D>().energy_of_eight(m, load(p_.F.data(), b), load(p_.sigma.data(), b), load(p_.V0.data(), b),
+                                              load(p_.V.data(), b), history);
+    }
+
+  private:
+    static constexpr int most_columns = Material::most_history;
+
+    const std::vector<Material>& materials_;
+    const Particles<D>& p_;
+    std::vector<std::vector<const double*>> columns_;  ///< [material]
+};
+
 /// Mass and momentum of all particles, in the lanes of a node.
 template <int D>
 Lanes mass_and_momentum(const ParticleView<D>& p)
@@ -46,8 +86,8 @@ Totals totals(const Model<D>& model, const Particles<D>& p)
             momentum += o.momentum;
         }
     };
-    auto energy_of = [&](int i) { return strain_energy(model.materials[p.material[i]], p.F[i], p.sigma[i], p.V0[i], p.V[i]); };
-    auto way       = [&](const Batch& b) {
+    const StoredEnergy<D> energy(model.materials, p);
+    auto way = [&](const Batch& b) {
         Vec<D, Lanes> x = load(p.x.data(), b);
         for (int a = 0; a < D; ++a)
             if (model.periodic[a] && model.gravity[a] != 0.0)
@@ -66,11 +106,7 @@ Totals totals(const Model<D>& model, const Particles<D>& p)
                                           r.momentum       = r.mass * v;
                                           r.kinetic_energy = 0.5 * r.mass * dot(v, v);
                                           r.potential      = -r.mass * dot(gravity, way(b));
-                                          r.strain_energy  = are_alike(p.material.data(), b)
-                                                                 ? strain_energy(model.materials[p.material[b.first]],
-                                                                                 load(p.F.data(), b), load(p.sigma.data(), b),
-                                                                                 load(p.V0.data(), b), load(p.V.data(), b))
-                                                                 : each_particle(b, energy_of);
+                                          r.strain_energy  = energy(b);
                                           for (int lane = b.count; lane < Batch::size; ++lane) r.strain_energy[lane] = 0.0;
                                           return r;
                                       },

@@ -67,6 +67,7 @@ template <int D>
 Explicit<D>::Explicit(Model<D> model)
     : model_(std::move(model)),
       passes_(choose_passes<D>(model_.method)),
+      update_stress_(model_.materials),
       mass_solver_(passes_, model_.method.lump_below, has_tls_velocity(model_.method)),
       splines_(is_spline_fit(model_.method) ? std::make_shared<const SplineScheme<D>>(model_) : nullptr),
       has_body_force_(field_groups(model_).body_force)
@@ -93,9 +94,9 @@ State<D> Explicit<D>::start_deformed(Particles<D> particles) const
     const ParticleView<D> p = s.particles.view();
     s.lattice               = Lattice<D>(model_.origin, model_.h, model_.cells, model_.periodic, 0, grid_basis(model_.method));
     const Sweep<D> view     = sweep(s, nullptr, 0.0);
+    start_stresses(model_.materials, s.particles);
     for (int i = 0; i < p.count; ++i) {
-        p.V[i]     = det(p.F[i]) * p.V0[i];
-        p.sigma[i] = initial_stress(model_.materials[p.material[i]], p.F[i]);
+        p.V[i] = det(p.F[i]) * p.V0[i];
         if (p.half) p.half[i] = p.half0[i];
         passes_.evolve(view, i);
         const double reach = passes_.reach(s.lattice, p, i);
@@ -151,7 +152,7 @@ void Explicit<D>::step(State<D>& s, double dt) const
         copy(strain, nodes, s.tiles);
         constrain(s, strain, s.t_v);
         find_gradients(s, strain);
-        gather(s, passes_.stress_of_past, strain, s.dt_prev);  // F_p, sigma_p at t_n from v_i of the step that led here
+        deform(s, passes_.deform_of_past, strain, s.dt_prev);  // F_p, sigma_p at t_n from v_i of the step that led here
         evaluate_external_forces(s, s.t);
         add_forces(s, nodes, false);  // f_i <- sigma_p
     } else {
@@ -172,7 +173,7 @@ void Explicit<D>::step(State<D>& s, double dt) const
     case Scheme::usl:
         if (passes_.keep && !stores_gradient(model_.method)) gather(s, passes_.keep, nodes, dt);
         find_gradients(s, nodes);
-        gather(s, passes_.update_all, nodes, dt);
+        deform(s, passes_.update_all, nodes, dt);
         break;
     case Scheme::musl:
         gather(s, passes_.update_velocity, nodes, dt);  // v_p <- a_i
@@ -182,7 +183,7 @@ void Explicit<D>::step(State<D>& s, double dt) const
         velocities(s, strain);
         constrain(s, strain, t_kicked);
         find_gradients(s, strain);
-        gather(s, passes_.update_stress, strain, dt);  // F_p, sigma_p from the remapped velocity
+        deform(s, passes_.deform, strain, dt);  // F_p, sigma_p from the remapped velocity
         if (passes_.move) gather(s, passes_.move, nodes, dt);
         break;
     case Scheme::rk3:
@@ -461,10 +462,26 @@ void Explicit<D>::scatter_points(State<D>& s, typename Passes<D>::Scatter pass, 
 template <int D>
 void Explicit<D>::gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt) const
 {
-    Stopwatch watch(times_, StageTimes::gather);
     const Sweep<D> view = sweep(s, nodes, dt);
+    gather_tiles(s, [&](const Tile& tile, TileReport& report) { pass(view, tile.begin, tile.end, report); });
+}
+
+/// A gather that changes F, and the stresses that follow.
+template <int D>
+void Explicit<D>::deform(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt) const
+{
+    const Sweep<D> view = sweep(s, nodes, dt);
+    gather_tiles(s, [&](const Tile& tile, TileReport& report) { update_stress_(pass, view, tile.begin, tile.end, report); });
+}
+
+/// run(tile, report) for all tiles, and what they report.
+template <int D>
+template <class RunPass>
+void Explicit<D>::gather_tiles(State<D>& s, const RunPass& run) const
+{
+    Stopwatch watch(times_, StageTimes::gather);
     std::vector<TileReport> reports(s.tiles.tiles().size());
-    s.tiles.for_each([&](std::ptrdiff_t k, const Tile& tile) { pass(view, tile.begin, tile.end, reports[k]); });
+    s.tiles.for_each([&](std::ptrdiff_t k, const Tile& tile) { run(tile, reports[k]); });
     double move = 0.0, reach = TileReport{}.reach;
     for (const TileReport& r : reports) {
         move  = std::max(move, r.move);

@@ -6,6 +6,7 @@
 #include "method/passes.hpp"
 #include "method/stage_times.hpp"
 #include "method/state.hpp"
+#include "method/stress_update.hpp"
 
 #include <memory>
 
@@ -62,11 +63,15 @@ class Explicit {
     void scatter(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const;
     void scatter_points(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const;
     void gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt) const;
+    void deform(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt) const;
+    template <class RunPass>
+    void gather_tiles(State<D>& s, const RunPass& run) const;
     void constrain(State<D>& s, Lanes* nodes, double t) const;
     Sweep<D> sweep(State<D>& s, Lanes* nodes, double dt) const;
 
     Model<D> model_;
     Passes<D> passes_;
+    StressUpdate<D> update_stress_;
     MassSolver<D> mass_solver_;
     std::shared_ptr<const SplineScheme<D>> splines_;  ///< of projection spline-fit, which takes its own steps
     bool has_body_force_;

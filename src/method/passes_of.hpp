@@ -27,11 +27,11 @@ Passes<S::dim> passes_of_shape(const MethodSpec& spec)
     p.surface_force     = scatter<S, SurfaceForce<D>>;
     p.apply_mass        = apply_mass<S>;
     p.update_velocity   = gather<S, Evolution, kUpdateVelocity>;
-    p.update_stress     = gather<S, Evolution, kUpdateStress>;
-    p.stress_of_past    = gather<S, Evolution, kUpdateStress | kStressOfPast>;
+    p.deform            = gather<S, Evolution, kDeform>;
+    p.deform_of_past    = gather<S, Evolution, kDeform | kDeformOfPast>;
     p.move              = gather<S, Evolution, kMove>;
     p.velocity_and_move = gather<S, Evolution, kUpdateVelocity | kMove>;
-    p.update_all        = gather<S, Evolution, kUpdateVelocity | kUpdateStress | kMove>;
+    p.update_all        = gather<S, Evolution, kUpdateVelocity | kDeform | kMove>;
     p.evolve            = [](const Sweep<D>& s, int i) { Evolution::apply(s, Batch{i, 1}); };
     p.reach       = [](const Lattice<D>& g, const ParticleView<D>& view, int i) { return S::reach(g, view, Batch{i, 1})[0]; };
     p.max_reach   = S::max_reach;
@@ -73,7 +73,7 @@ Passes<D> passes_of_cells(const MethodSpec& spec)
     Passes<D> p         = passes_of_shape<S, Basis, OfCorners<S>>(spec);
     p.move              = nullptr;
     p.velocity_and_move = p.update_velocity;
-    p.update_all        = gather<S, OfCorners<S>, kUpdateVelocity | kUpdateStress>;
+    p.update_all        = gather<S, OfCorners<S>, kUpdateVelocity | kDeform>;
     p.move_corners      = move_corners<D, Basis, is_enriched>;
     p.follow_corners    = follow_corners<S>;
     return p;

@@ -32,7 +32,7 @@ Lanes quotient(const Lanes& a, const Lanes& b)
 }
 
 template <int D>
-Lanes stress_lanes(const Mat<D>& sigma)
+Lanes stress_lanes(const Stress<D>& sigma)
 {
     Lanes r(0.0);
     for (int a = 0; a < D; ++a)

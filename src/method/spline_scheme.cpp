@@ -82,9 +82,12 @@ void require_spline_model(const Model<D>& model)
                 "grid: {} cells along {} are too few for splines without {} knots next to each wall; there must be {}",
                 model.cells[a], "xyz"[a], least / 2, least));
     for (const Material& m : model.materials)
-        if (m.density != model.materials[0].density || m.model != model.materials[0].model ||
-            m.lambda != model.materials[0].lambda || m.mu != model.materials[0].mu)
+        if (m != model.materials[0])
             throw InputError(only + "takes bodies of one material: splines do not follow a jump of density or stress; use cpdi2");
+    for (const Material& m : model.materials)
+        if (!m.law->in<D>().stress_rate)
+            throw InputError(only +
+                             "takes no material with history: the stages of a step would need it several times; use cpdi2");
     if (!model.tractions.empty()) throw InputError(only + "takes no [[traction]]: use cpdi2");
     if (!model.surface.empty() && model.method.basis == Basis::hat)
         throw InputError(only + "takes bodies with free surfaces with basis bspline2 to bspline5: with hats waves grow there");
@@ -313,7 +316,8 @@ void SplineScheme<D>::step(const Model<D>& model, State<D>& s, double dt, const 
     const std::size_t n     = p.count;
     const double t          = s.t;
     for (Array<Vec<D>>* array : {&work.x0, &work.v0, &work.dx, &work.dv}) keep_room(*array, n);
-    for (Array<Mat<D>>* array : {&work.F0, &work.dF, &work.sigma0, &work.dsigma}) keep_room(*array, n);
+    for (Array<Mat<D>>* array : {&work.F0, &work.dF}) keep_room(*array, n);
+    for (Array<Stress<D>>* array : {&work.sigma0, &work.dsigma}) keep_room(*array, n);
     work.iterations = {};
     parallel_for_each(p.count, [&](std::ptrdiff_t i) {
         work.x0[i]     = p.x[i];
@@ -321,7 +325,8 @@ void SplineScheme<D>::step(const Model<D>& model, State<D>& s, double dt, const 
         work.F0[i]     = p.F[i];
         work.sigma0[i] = p.sigma[i];
         work.dx[i] = work.dv[i] = Vec<D>{};
-        work.dF[i] = work.dsigma[i] = Mat<D>{};
+        work.dF[i]              = Mat<D>{};
+        work.dsigma[i]          = Stress<D>{};
     });
     auto restore = [&] {
         parallel_for_each(p.count, [&](std::ptrdiff_t i) {
@@ -355,10 +360,11 @@ void SplineScheme<D>::step(const Model<D>& model, State<D>& s, double dt, const 
         const Faults found = parallel_reduce(
             p.count, Faults{},
             [&](std::ptrdiff_t i) {
-                const Mat<D>& L          = work.L_at[i];
-                const Mat<D> slope       = L * p.F[i];
-                const Material& material = model.materials[p.material[i]];
-                const Mat<D> rate        = stress_rate(material, p.sigma[i], L);
+                const Mat<D>& L            = work.L_at[i];
+                const Mat<D> slope         = L * p.F[i];
+                const Material& material   = model.materials[p.material[i]];
+                const LawFunctions<D>& law = material.law->in<D>();
+                const Stress<D> rate       = law.stress_rate(material, p.sigma[i], L);
                 work.dx[i] += part * work.v_at[i];
                 work.dv[i] += part * work.a_at[i];
                 work.dF[i] += part * slope;
@@ -366,8 +372,8 @@ void SplineScheme<D>::step(const Model<D>& model, State<D>& s, double dt, const 
                 p.x[i]         = work.x0[i] + (is_last ? work.dx[i] : further * work.v_at[i]);
                 p.v[i]         = work.v0[i] + (is_last ? work.dv[i] : further * work.a_at[i]);
                 p.F[i]         = work.F0[i] + (is_last ? work.dF[i] : further * slope);
-                p.sigma[i]     = material.is_rate_law() ? work.sigma0[i] + (is_last ? work.dsigma[i] : further * rate)
-                                                        : initial_stress(material, p.F[i]);
+                p.sigma[i]     = material.law->is_hyperelastic ? law.initial_stress(material, p.F[i])
+                                                               : work.sigma0[i] + (is_last ? work.dsigma[i] : further * rate);
                 const double J = det(p.F[i]);
                 p.V[i]         = J * p.V0[i];
                 Faults r;

@@ -3,6 +3,7 @@
 
 #include "base/array.hpp"
 #include "base/lanes.hpp"
+#include "base/stress.hpp"
 #include "base/vec.hpp"
 #include "method/spline_body.hpp"
 
@@ -60,7 +61,8 @@ struct SplineWork {
 
     /// Of particles: v_h, a_h and L_h where they are; the start of a step, and sums over its stages.
     Array<Vec<D>> v_at, a_at, x0, v0, dx, dv;
-    Array<Mat<D>> L_at, F0, dF, sigma0, dsigma;
+    Array<Mat<D>> L_at, F0, dF;
+    Array<Stress<D>> sigma0, dsigma;
 };
 
 }  // namespace ordo

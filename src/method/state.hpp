@@ -53,7 +53,7 @@ struct Model {
 template <int D>
 struct QuadraturePoints {
     Array<Vec<D>> x, v, b;
-    Array<Mat<D>> sigma;
+    Array<Stress<D>> sigma;
     Array<double> m, V;
     int count = 0;
     std::array<std::vector<Tile>, Tiles<D>::colour_count> colours;
@@ -185,6 +185,16 @@ void add_walls(Model<D>& model, int axis, BoundaryType type = BoundaryType::symm
             {.axis = axis, .outer_is_above = above, .at = model.face(axis, above), .type = type, .value = {}});
 }
 
+/// The names of the history columns that the laws of materials carry, each once.
+inline std::vector<std::string> history_columns(const std::vector<Material>& materials)
+{
+    std::vector<std::string> names;
+    for (const Material& m : materials)
+        for (const HistoryColumn& c : m.law->history)
+            if (std::find(names.begin(), names.end(), c.name) == names.end()) names.emplace_back(c.name);
+    return names;
+}
+
 /// The groups of particle fields that a model needs.
 template <int D>
 FieldGroups field_groups(const Model<D>& model)
@@ -199,6 +209,7 @@ FieldGroups field_groups(const Model<D>& model)
     g.corner_samples  = g.cells && model.method.samples == Samples::corners;
     g.corner_velocity = g.corner_samples || keeps_corner_velocity(model.method);
     for (int a = 0; a < D; ++a) g.periodic = g.periodic || model.periodic[a];
+    g.history    = history_columns(model.materials);
     g.body_force = static_cast<bool>(model.body_force_kernel);
     for (const auto& b : model.body_forces) g.body_force = g.body_force || !is_zero<D>(b);
     return g;

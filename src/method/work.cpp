@@ -27,7 +27,7 @@ constexpr double kInverse = (D == 3 ? 27 : 0) + kDet<D> + 1 + D* D;  ///< cofact
 
 /// F + dtL F, J, V, sigma = [lambda ln J I + mu (F F^T - I)]/J, see `deform` and NeoHookean.
 template <int D>
-constexpr double kDeform = kProduct<D> + D* D + kDet<D> + 1 + kProduct<D> + D + D* D + 2 + D + 1 + D* D;
+constexpr double kDeformFlops = kProduct<D> + D* D + kDet<D> + 1 + kProduct<D> + D + D* D + 2 + D + 1 + D* D;
 
 /// The factors of an LDL^T of n unknowns, see kernels/ldl.hpp.
 double ldl_flops(int n)
@@ -446,7 +446,7 @@ class Counter {
             } else {
                 flops += kLanes * sums_.collect;
             }
-            flops += n_ * (D * D + kDeform<D> + (parts & kPast ? D * D + kInverse<D> + kProduct<D> : 0));
+            flops += n_ * (D * D + kDeformFlops<D> + (parts & kPast ? D * D + kInverse<D> + kProduct<D> : 0));
             fields += 2 * size_of(p_.F) + size_of(p_.sigma) + size_of(p_.V0) + size_of(p_.material);
             fields += (p_.cell ? 0 : size_of(p_.V)) + (stores_gradient(method_) ? size_of(p_.L) : 0);
         } else {
@@ -571,7 +571,7 @@ class Counter {
         const double gauss = std::pow(points, D);
         solve(0, static_cast<double>(work.iterations[Fields::kMass]) + 3 * stages, cells * (2 * contractions + kLanes * gauss),
               cells * gauss * sizeof(double) + 2 * kRecord * functions[0]);
-        add(Stage::gather, stages * n_ * (kProduct<D> + kDeform<D> + 16 * D + 4 * D * D),
+        add(Stage::gather, stages * n_ * (kProduct<D> + kDeformFlops<D> + 16 * D + 4 * D * D),
             stages * n_ * (6 * sizeof(Vec<D>) + 6 * sizeof(Mat<D>)));
     }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/lanes.hpp"
+#include "base/stress.hpp"
 #include "base/vec.hpp"
 
 #include <cstddef>
@@ -111,11 +112,11 @@ ORDO_FLAT inline void store_few(double* p, const Lanes (&number)[N])
 }
 #endif
 
-/// The numbers of eight particles: up to four of each, or nine.
+/// The numbers of eight particles: up to six of each, or nine.
 template <int N>
 ORDO_FLAT inline void load_full(const double* p, Lanes (&number)[N])
 {
-    if constexpr (N <= 4) {
+    if constexpr (N <= 6) {
         load_few(p, number);
     } else {
         static_assert(N == 9);
@@ -129,7 +130,7 @@ ORDO_FLAT inline void load_full(const double* p, Lanes (&number)[N])
 template <int N>
 ORDO_FLAT inline void store_full(double* p, const Lanes (&number)[N])
 {
-    if constexpr (N <= 4) {
+    if constexpr (N <= 6) {
         store_few(p, number);
     } else {
         Lanes row[8];
@@ -190,6 +191,13 @@ ORDO_FLAT inline Mat<D, Lanes> load(const Mat<D>* field, const Batch& b)
     for (int c = 0; c < D * D; ++c) r(c / D, c % D) = number[c];
     return r;
 }
+template <int D>
+ORDO_FLAT inline Stress<D, Lanes> load(const Stress<D>* field, const Batch& b)
+{
+    Stress<D, Lanes> r;
+    load(field[0].c, b, r.c);
+    return r;
+}
 ORDO_FLAT inline void store(double* field, const Batch& b, const Lanes& value)
 {
     const Lanes number[1] = {value};
@@ -206,6 +214,11 @@ ORDO_FLAT inline void store(Mat<D>* field, const Batch& b, const Mat<D, Lanes>& 
     Lanes number[D * D];
     for (int c = 0; c < D * D; ++c) number[c] = value(c / D, c % D);
     store(field[0].c[0], b, number);
+}
+template <int D>
+ORDO_FLAT inline void store(Stress<D>* field, const Batch& b, const Stress<D, Lanes>& value)
+{
+    store(field[0].c, b, value.c);
 }
 
 }  // namespace ordo

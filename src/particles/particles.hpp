@@ -5,12 +5,16 @@
 #include "base/array.hpp"
 #include "base/index.hpp"
 #include "base/parallel.hpp"
+#include "base/stress.hpp"
 #include "base/vec.hpp"
 #include "particles/cells.hpp"
 
 #include <cstdint>
 #include <cstring>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 namespace ordo {
 
@@ -30,7 +34,7 @@ struct Modes {
     FIELD(Vec<D>, X, always)                     /* initial position, m */                        \
     FIELD(Vec<D>, v, always)                     /* velocity at t_n - dt/2, m/s */                \
     FIELD(Mat<D>, F, always)                     /* deformation gradient */                       \
-    FIELD(Mat<D>, sigma, always)                 /* Cauchy stress, Pa */                          \
+    FIELD(Stress<D>, sigma, always)              /* Cauchy stress, Pa */                          \
     FIELD(double, m, always)                     /* mass, kg */                                   \
     FIELD(double, V0, always)                    /* initial volume, m^D */                        \
     FIELD(double, V, always)                     /* volume J V0, m^D */                           \
@@ -64,6 +68,7 @@ struct FieldGroups {
     bool corner_samples          = false;
     bool corner_velocity         = false;  ///< of corners, no field of particles
     bool periodic                = false;
+    std::vector<std::string> history;  ///< names of the columns that laws carry, see Material
 };
 
 /// Raw pointers to the fields of `count` particles; absent fields are null.
@@ -73,6 +78,7 @@ struct ParticleView {
     ORDO_PARTICLE_FIELDS(ORDO_FIELD)
 #undef ORDO_FIELD
     int count;
+    double* const* history;       ///< the columns that laws carry, in the order of Particles::history
     Vec<D>* corner;               ///< positions of the shared corners of cells, m
     Vec<D>* corner_velocity;      ///< their velocities, m/s; null where they have none of their own
     std::ptrdiff_t* corner_node;  ///< the nodes that enriched corners are, -1 of others; null where no method has any
@@ -86,6 +92,8 @@ struct Particles {
     ORDO_PARTICLE_FIELDS(ORDO_FIELD)
 #undef ORDO_FIELD
     int count = 0;
+    std::vector<std::string> history_names;
+    std::vector<Array<double>> history;  ///< a column a name
     // Of the shared corners of cells: no fields of particles, never sorted.
     Array<Vec<D>> corner;                ///< positions, m
     Array<Vec<D>> corner_velocity;       ///< velocities, m/s, where corners are samples or keep them
@@ -103,6 +111,8 @@ struct Particles {
     if (groups.group) name = Array<type>(n);
         ORDO_PARTICLE_FIELDS(ORDO_FIELD)
 #undef ORDO_FIELD
+        history_names = groups.history;
+        for (std::size_t k = 0; k < history_names.size(); ++k) history.emplace_back(n);
         // Memory belongs to the processor that touches it first: all of them here, instead of the one that plants.
         for_each_field([&](auto& field) {
             parallel_pieces(n, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
@@ -111,7 +121,7 @@ struct Particles {
         });
     }
 
-    /// visit(name, field) for each field that is present.
+    /// visit(name, field) for each field that is present, and each column of history.
     template <class Visit>
     void for_each_named_field(Visit&& visit)
     {
@@ -119,6 +129,7 @@ struct Particles {
     if (!name.empty()) visit(#name, name);
         ORDO_PARTICLE_FIELDS(ORDO_FIELD)
 #undef ORDO_FIELD
+        for (std::size_t k = 0; k < history.size(); ++k) visit(("history." + history_names[k]).c_str(), history[k]);
     }
     /// visit(field) for each field that is present.
     template <class Visit>
@@ -127,14 +138,28 @@ struct Particles {
         for_each_named_field([&](const char*, auto& field) { visit(field); });
     }
 
+    /// The column of history of this name; -1 where there is none.
+    int history_column(std::string_view name) const
+    {
+        for (std::size_t k = 0; k < history_names.size(); ++k)
+            if (history_names[k] == name) return static_cast<int>(k);
+        return -1;
+    }
+
     ParticleView<D> view()
     {
+        columns_.clear();
+        for (auto& column : history) columns_.push_back(column.data());
         return {
 #define ORDO_FIELD(type, name, group) name.data(),
             ORDO_PARTICLE_FIELDS(ORDO_FIELD)
 #undef ORDO_FIELD
                 count,
-            corner.data(), corner_velocity.data(), corner_node.data(), static_cast<std::ptrdiff_t>(enriched.size())};
+            columns_.data(),
+            corner.data(),
+            corner_velocity.data(),
+            corner_node.data(),
+            static_cast<std::ptrdiff_t>(enriched.size())};
     }
 
     /// Bytes that one particle occupies in these arrays.
@@ -144,6 +169,9 @@ struct Particles {
         for_each_field([&](const auto& field) { n += sizeof(field[0]); });
         return n;
     }
+
+  private:
+    std::vector<double*> columns_;  ///< of history, for views
 };
 
 }  // namespace ordo

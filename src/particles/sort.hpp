@@ -62,8 +62,8 @@ inline Array<int> sort_keys(Array<std::uint64_t>& keys, std::uint64_t key_end)
 template <int D>
 void permute(Particles<D>& particles, const Array<int>& order)
 {
-    std::tuple<Array<Vec<D>>, Array<Mat<D>>, Array<double>, Array<std::int32_t>, Array<CornerIds<D>>, Array<Modes<D>>,
-               Array<Turns<D>>>
+    std::tuple<Array<Vec<D>>, Array<Mat<D>>, Array<Stress<D>>, Array<double>, Array<std::int32_t>, Array<CornerIds<D>>,
+               Array<Modes<D>>, Array<Turns<D>>>
         spare;
     particles.for_each_field([&](auto& field) {
         auto& moved = std::get<std::remove_reference_t<decltype(field)>>(spare);

@@ -25,7 +25,7 @@ Problem<1> bar(const Request& r)
     Problem<1> p       = problem_of<1>(r);
     p.model.h          = {kLength / r.cells};
     p.model.cells      = {r.cells};
-    p.model.materials  = {{MaterialModel::linear_rate_1d, kDensity, 0.0, r.values.number("young") / 2}};
+    p.model.materials  = {{find_law("linear-rate-1d"), kDensity, 0.0, r.values.number("young") / 2}};
     p.model.boundaries = {Boundary<1>{.at = 0.0, .value = {}}, Boundary<1>{.outer_is_above = true, .at = kLength, .value = {}}};
     p.dt               = r.values.number("dt");
     p.seeds            = fill_box(Bounds<1>{{0.0}, {kLength}}, SubCells<1>{{}, p.model.h, {r.per_axis}});
@@ -108,7 +108,7 @@ Row pull(const Request& r)
     Problem<1> p        = problem_of<1>(r);
     p.model.h           = {kLength / r.cells};
     p.model.cells       = {r.cells + r.cells / 4 + 1};
-    p.model.materials   = {{MaterialModel::linear_rate_1d, density, 0.0, young / 2}};
+    p.model.materials   = {{find_law("linear-rate-1d"), density, 0.0, young / 2}};
     p.model.boundaries  = {Boundary<1>{.at = 0.0, .value = {}}};
     p.dt                = r.values.number("cfl") * p.model.h[0] / kLength * period;
     p.seeds             = fill_box(Bounds<1>{{0.0}, {kLength}}, SubCells<1>{{}, p.model.h, {r.per_axis}});

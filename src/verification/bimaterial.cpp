@@ -19,7 +19,7 @@ namespace {
 std::vector<Material> two_materials(bool first_is_stiff, double young, double contrast, double density)
 {
     auto of = [&](bool is_stiff) {
-        return elastic_material(MaterialModel::neo_hookean, density, is_stiff ? young : young / contrast, 0.3);
+        return elastic_material(find_law("neo-hookean"), density, is_stiff ? young : young / contrast, 0.3);
     };
     return {of(first_is_stiff), of(!first_is_stiff)};
 }
@@ -239,7 +239,7 @@ Row spin(const Request& r)
         if (std::fabs(R - middle) < width) f(R < middle ? 1 : 2);
     };
     const auto radial_stress = [](const Particles<2>& q, int i) {
-        return dot(q.X[i], q.sigma[i] * q.X[i]) / dot(q.X[i], q.X[i]);
+        return dot(q.X[i], in_plane(q.sigma[i]) * q.X[i]) / dot(q.X[i], q.X[i]);
     };
     std::vector<Statistics> over_time(p.seeds.size() * 2);  // of each particle, also where a method makes two of a cell
     std::vector<int> row_of(over_time.size(), 0);

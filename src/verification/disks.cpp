@@ -21,15 +21,12 @@ std::vector<Parameter> disk_parameters(double end)
 /// The unit box with disks at `centers`.
 Problem<2> disks(const Request& r, const std::vector<Vec<2>>& centers)
 {
-    const std::string& law    = r.values.word("material");
-    Problem<2> p              = problem_of<2>(r);
-    p.model.h                 = Vec<2>::filled(1.0 / r.cells);
-    p.model.cells             = Index<2>::filled(r.cells);
-    const MaterialModel model = law == "neo-hookean"           ? MaterialModel::neo_hookean
-                                : law == "st-venant-kirchhoff" ? MaterialModel::st_venant_kirchhoff
-                                                               : MaterialModel::jaumann_elastic;
-    p.model.materials         = {elastic_material(model, kDensity, kYoung, r.values.number("nu"))};
-    p.dt                      = r.values.number("dt");
+    const std::string& law = r.values.word("material");
+    Problem<2> p           = problem_of<2>(r);
+    p.model.h              = Vec<2>::filled(1.0 / r.cells);
+    p.model.cells          = Index<2>::filled(r.cells);
+    p.model.materials      = {elastic_material(find_law(law), kDensity, kYoung, r.values.number("nu"))};
+    p.dt                   = r.values.number("dt");
     for (const Vec<2>& center : centers) {
         const auto own = fill(Ball<2>{center, kRadius}, SubCells<2>{{}, p.model.h, Index<2>::filled(r.per_axis)});
         p.seeds.insert(p.seeds.end(), own.begin(), own.end());

@@ -112,7 +112,7 @@ template <int D>
 double amplification(const Request& r, double shift, double courant, long steps)
 {
     const ParticleLattice lattice = lattice_of(r, shift);
-    const Explicit<D> method(model_of<D>(lattice, MaterialModel::neo_hookean));
+    const Explicit<D> method(model_of<D>(lattice, "neo-hookean"));
     Particles<D> p = plant_all(method.model(), seeds_of<D>(lattice));
     std::mt19937_64 random(1);
     for (int i = 0; i < p.count; ++i)

@@ -2,6 +2,8 @@
 // problem.
 #pragma once
 
+#include "material/neo_hookean.hpp"
+#include "material/st_venant_kirchhoff.hpp"
 #include "verification/measure.hpp"
 
 #include <algorithm>
@@ -26,9 +28,7 @@ inline std::vector<Parameter> elastic_parameters(std::vector<Parameter> own, dou
 
 inline Material elastic_material(const Values& v)
 {
-    const MaterialModel model =
-        v.word("material") == "neo-hookean" ? MaterialModel::neo_hookean : MaterialModel::st_venant_kirchhoff;
-    return elastic_material(model, v.number("density"), v.number("young"), v.number("nu"));
+    return elastic_material(find_law(v.word("material")), v.number("density"), v.number("young"), v.number("nu"));
 }
 
 /// c = sqrt(E/rho0), m/s: the speed that frequencies and time steps of the papers refer to.
@@ -77,10 +77,10 @@ void manufacture(Problem<D>& problem, const Motion& motion)
         problem.model.body_force_kernel = [solution](const ParticleView<D>& p, std::ptrdiff_t begin, std::ptrdiff_t end,
                                                      double t) { solution->fill_body_force(p, begin, end, t); };
     };
-    if (m.model == MaterialModel::neo_hookean)
-        with(NeoHookean{m.lambda, m.mu});
+    if (m.law->name == NeoHookean::name)
+        with(NeoHookean::of(m));
     else
-        with(StVenantKirchhoff{m.lambda, m.mu});
+        with(StVenantKirchhoff::of(m));
 }
 
 /// A problem in the unit box between walls.

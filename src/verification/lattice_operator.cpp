@@ -36,7 +36,7 @@ int index_in_box(const Index<D>& k, int cells)
 }  // namespace
 
 template <int D>
-Model<D> model_of(const ParticleLattice& lattice, MaterialModel law)
+Model<D> model_of(const ParticleLattice& lattice, std::string_view law)
 {
     Model<D> m{};
     m.method            = lattice.method;
@@ -46,7 +46,7 @@ Model<D> model_of(const ParticleLattice& lattice, MaterialModel law)
     m.periodic          = Vec<D, bool>::filled(true);
     const double nu     = lattice.poisson;
     const double lambda = nu / (1 - nu);  // of lambda + 2 mu = 1
-    m.materials         = {{law, 1.0, lambda, 0.5 * (1 - lambda)}};
+    m.materials         = {{find_law(law), 1.0, lambda, 0.5 * (1 - lambda)}};
     m.body_forces.resize(1);
     return m;
 }
@@ -115,7 +115,7 @@ void LatticeOperator<D>::rest()
     Particles<D>& p = state_.particles;
     for (int i = 0; i < p.count; ++i) {
         p.F[i]     = Mat<D>::identity();
-        p.sigma[i] = Mat<D>{};
+        p.sigma[i] = {};
         for (const Field& f : fields_) at(i, f) = 0.0;
     }
     state_.n = 1;
@@ -274,9 +274,9 @@ StableCourantNumbers find_stable(LatticeOperator<D>& lattice, double largest)
     return r;
 }
 
-template Model<1> model_of(const ParticleLattice&, MaterialModel);
-template Model<2> model_of(const ParticleLattice&, MaterialModel);
-template Model<3> model_of(const ParticleLattice&, MaterialModel);
+template Model<1> model_of(const ParticleLattice&, std::string_view);
+template Model<2> model_of(const ParticleLattice&, std::string_view);
+template Model<3> model_of(const ParticleLattice&, std::string_view);
 template std::vector<Seed<1>> seeds_of(const ParticleLattice&);
 template std::vector<Seed<2>> seeds_of(const ParticleLattice&);
 template std::vector<Seed<3>> seeds_of(const ParticleLattice&);

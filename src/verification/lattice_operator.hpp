@@ -22,11 +22,11 @@ struct ParticleLattice {
 
 /// The law that carries the stress itself: its energy is quadratic, and small stresses do not cancel in it.
 template <int D>
-inline constexpr MaterialModel rate_law = D == 1 ? MaterialModel::linear_rate_1d : MaterialModel::jaumann_elastic;
+inline constexpr std::string_view rate_law = D == 1 ? "linear-rate-1d" : "jaumann-elastic";
 
 /// The model of a lattice and its seeds, those of one cell after those of another, cells with the first axis fastest.
 template <int D>
-Model<D> model_of(const ParticleLattice& lattice, MaterialModel law);
+Model<D> model_of(const ParticleLattice& lattice, std::string_view law);
 template <int D>
 std::vector<Seed<D>> seeds_of(const ParticleLattice& lattice);
 

@@ -38,10 +38,9 @@ class LayeredBody {
     {
         const auto& ends = setting_.ends;
         for (int l = 0; l < 2; ++l) {
-            const int n                                = setting_.elements[l];
-            [[maybe_unused]] const MaterialModel model = setting_.materials[l].model;
+            const int n = setting_.elements[l];
             ORDO_EXPECT(n > 0 && ends[l] < ends[l + 1]);
-            ORDO_EXPECT(model == MaterialModel::neo_hookean || model == MaterialModel::st_venant_kirchhoff);
+            ORDO_EXPECT(setting_.materials[l].law->is_hyperelastic);
             for (int i = 0; i < n; ++i) R_.push_back(ends[l] + i * (ends[l + 1] - ends[l]) / n);
         }
         R_.push_back(ends[2]);
@@ -86,7 +85,11 @@ class LayeredBody {
         if (ring()) F(1, 1) += (u_[e + 1] + u_[e]) / (R_[e + 1] + R_[e]);
         return F;
     }
-    Mat<2> element_stress(int e) const { return initial_stress(setting_.materials[layer_of(e)], deformation(e)); }
+    Mat<2> element_stress(int e) const
+    {
+        const Material& m = setting_.materials[layer_of(e)];
+        return in_plane(m.law->in_2d.initial_stress(m, deformation(e)));
+    }
 
     Mat<2> between_midpoints(double R) const
     {

@@ -117,7 +117,8 @@ void measure_particles(const Problem<D>& problem, const State<D>& s, Row& row)
         const Vec<D> u = x - p.X[i], error = ordo::displacement(problem.model, p, i) - u;
         displacement.add(dot(error, error), dot(u, u), p.V[i]);
         velocity.add(dot(p.v[i] - v, p.v[i] - v), dot(v, v), p.V[i]);
-        stress.add(ddot(p.sigma[i] - sigma, p.sigma[i] - sigma), ddot(sigma, sigma), p.V[i]);
+        const Mat<D> off = in_plane(p.sigma[i]) - sigma;
+        stress.add(ddot(off, off), ddot(sigma, sigma), p.V[i]);
         density.add(std::pow(p.m[i] / p.V[i] - rho, 2), rho * rho, p.V[i]);
         exact.add(material, p, i, v, F, sigma);
     }

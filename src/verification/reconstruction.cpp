@@ -201,7 +201,7 @@ Row project(const Request& r, const Function<D>& u, const std::vector<Seed<D>>& 
                        .lump_below = r.method.lump_below};
     model.h         = Vec<D>::filled(1.0 / r.cells);
     model.cells     = Index<D>::filled(r.cells);
-    model.materials = {{MaterialModel::neo_hookean, 1.0, 0.0, 1.0}};
+    model.materials = {{find_law("neo-hookean"), 1.0, 0.0, 1.0}};
     model.body_forces.resize(1);
     const Explicit<D> method(model);
     Particles<D> particles = plant_all(model, seeds);

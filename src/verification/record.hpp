@@ -40,7 +40,8 @@ double momentum_size_of_nodes(const State<D>& s)
     return size;
 }
 
-/// Sums of the exact solution over the particles, each with its exact values.
+/// Sums of the exact solution over the particles, each with its exact values. Rate laws have exact solutions in 1D alone, where
+/// no stress acts across the problem.
 template <int D>
 struct ExactTotals {
     double kinetic_energy = 0, strain_energy = 0, momentum_size = 0;
@@ -49,7 +50,7 @@ struct ExactTotals {
     void add(const Material& material, const Particles<D>& p, int i, const Vec<D>& v, const Mat<D>& F, const Mat<D>& sigma)
     {
         kinetic_energy += 0.5 * p.m[i] * dot(v, v);
-        strain_energy += ordo::strain_energy(material, F, sigma, p.V0[i], det(F) * p.V0[i]);
+        strain_energy += ordo::strain_energy(material, F, make_stress(sigma, 0.0), p.V0[i], det(F) * p.V0[i]);
         momentum_size += p.m[i] * norm(v);
         momentum += p.m[i] * v;
     }
@@ -112,7 +113,7 @@ class Recorder {
         name_particles(has_exact, corners);
         for (int i = 0; i < p.count; ++i) {
             add_vector(p.X[i]);
-            add_state(p.x[i], p.v[i], p.sigma[i]);
+            add_state(p.x[i], p.v[i], in_plane(p.sigma[i]));
             row_.final_particles.values.push_back(p.V[i]);
             if (has_exact)
                 add_state(problem_.solution->position(p.X[i], s.t), problem_.solution->velocity(p.X[i], s.t_v),

@@ -2,7 +2,7 @@
 // automatic differentiation.
 #pragma once
 
-#include "material/material.hpp"
+#include "material/law.hpp"
 #include "particles/batch.hpp"
 #include "particles/particles.hpp"
 #include "verification/jet.hpp"
@@ -69,7 +69,7 @@ ORDO_FLAT inline Kinematics<D, T> kinematics(const Motion& motion, const Vec<D, 
 template <int D, class T, Hyperelastic Law>
 ORDO_FLAT inline Vec<D, T> body_force(const Kinematics<D, T>& k, const Law& law, double density)
 {
-    const auto P  = law.cauchy(k.F) * cofactor(k.F);
+    const auto P  = in_plane(law.cauchy(k.F)) * cofactor(k.F);
     Vec<D, T> b   = k.a;
     const T scale = T(-1.0 / density);
     for (int i = 0; i < D; ++i)
@@ -93,7 +93,7 @@ class Manufactured final : public Solution<D> {
             for (int j = 0; j < D; ++j) F(i, j) = k.F(i, j).value;
         return F;
     }
-    Mat<D> stress(const Vec<D>& X, double t) const override { return law_.cauchy(deformation(X, t)); }
+    Mat<D> stress(const Vec<D>& X, double t) const override { return in_plane(law_.cauchy(deformation(X, t))); }
     /// One particle at a time: the plain version of `fill_body_force`.
     Vec<D> force(const Vec<D>& X, double t) const { return body_force(kinematics(motion_, X, t), law_, density_); }
 

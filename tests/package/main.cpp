@@ -13,7 +13,7 @@ int main()
     model.h         = {0.1, 0.1};
     model.cells     = {10, 10};
     model.gravity   = {0.0, -10.0};
-    model.materials = {{MaterialModel::neo_hookean, 1000.0, 5e4, 5e4}};
+    model.materials = {{find_law("neo-hookean"), 1000.0, 5e4, 5e4}};
     model.body_forces.resize(1);
 
     const auto seeds = fill_box(Bounds<2>{{0.4, 0.4}, {0.6, 0.6}}, SubCells<2>{model.origin, model.h, {2, 2}});

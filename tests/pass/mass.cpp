@@ -451,7 +451,7 @@ TEST(MassMatrix, TailsOfSplinesAreLumped)
         auto largest = [&](double lump_below, int& iterations) {
             Model<1> model = consistent_box<1>(16, test::shape_spec(basis, Domain::point));
             Body<1> b(model, 0.25, 0.75 + 0.2 / 16, 3);
-            for (Mat<1>& sigma : b.s.particles.sigma) sigma(0, 0) = 1.0;
+            for (Stress<1>& sigma : b.s.particles.sigma) sigma(0, 0) = 1.0;
             for (Lanes& n : b.s.nodes) n[NodeLane::increment] = 0.0;
             b.passes.force(b.sweep(), 0, b.s.particles.count);
             iterations  = b.solve(lump_below);

@@ -125,7 +125,7 @@ TEST(SplineFit, FindsPolynomialsAndTheirGradients)
 double largest_real_part(const Model<1>& given, int per_axis, double jitter, double shift, double length = 1.0)
 {
     Model<1> model  = given;
-    model.materials = {{MaterialModel::linear_rate_1d, 1.0, 0.0, 0.5}};
+    model.materials = {{find_law("linear-rate-1d"), 1.0, 0.0, 0.5}};
     const Explicit<1> method(model);
     test::Random random(4);
     State<1> s      = method.start(plant_all(model, test::block(model, 0.0, length, per_axis)));

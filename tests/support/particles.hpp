@@ -169,7 +169,7 @@ Model<D> unit_box(int cells, const MethodSpec& method)
     model.method    = method;
     model.h         = Vec<D>::filled(1.0 / cells);
     model.cells     = Index<D>::filled(cells);
-    model.materials = {{MaterialModel::neo_hookean, 1000.0, 577.0, 385.0}};
+    model.materials = {{find_law("neo-hookean"), 1000.0, 577.0, 385.0}};
     model.body_forces.resize(2);  // of halves
     return model;
 }

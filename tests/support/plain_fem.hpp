@@ -3,7 +3,7 @@
 // & Elkhodary, Nonlinear Finite Elements (2014), ch. 4.
 #pragma once
 
-#include "material/material.hpp"
+#include "material/neo_hookean.hpp"
 
 #include <array>
 #include <functional>
@@ -69,7 +69,7 @@ struct PlainFem {
             Mat<2> L{};
             for (int n = 0; n < 4; ++n) L += outer(v[e.node[n]], g.dN[n]);
             e.F     = e.F + dt * (L * e.F);
-            e.sigma = e.law.cauchy(e.F);
+            e.sigma = in_plane(e.law.cauchy(e.F));
         }
         for (std::size_t n = 0; n < x.size(); ++n) x[n] += dt * v[n];
     }

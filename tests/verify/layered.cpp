@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kPoisson = 0.3, kDensity = 1000.0;
 
-Material elastic(double E) { return elastic_material(MaterialModel::neo_hookean, kDensity, E, kPoisson); }
+Material elastic(double E) { return elastic_material(find_law("neo-hookean"), kDensity, E, kPoisson); }
 
 /// The mean of two values over `end` s in steps of `dt`, weighted by sin^2 so that swings about it count little.
 template <class F>

@@ -1,0 +1,25 @@
+// The list of all laws. To add one: a file beside this one, its line here, its test. Only the tables that are made of the list
+// include it (laws.cpp, kernels/stress.cpp).
+#pragma once
+
+#include "material/jaumann_elastic.hpp"
+#include "material/linear_rate_1d.hpp"
+#include "material/neo_hookean.hpp"
+#include "material/st_venant_kirchhoff.hpp"
+#if defined(ORDO_OWN_LAW)
+#include ORDO_OWN_LAW  // a header that defines the struct OwnLaw, for programs and tests with a law of their own
+#endif
+
+namespace ordo {
+
+template <Law... L>
+struct LawList {};
+
+using Laws = LawList<NeoHookean, StVenantKirchhoff, JaumannElastic, LinearRate1D
+#if defined(ORDO_OWN_LAW)
+                     ,
+                     OwnLaw
+#endif
+                     >;
+
+}  // namespace ordo
