@@ -10,7 +10,7 @@ studies of `ordo verify`, with both programs on one thread. Compares all files b
 compared: the largest difference of a field, divided by the largest number of that field (of energies and of momenta: of all of
 them). Prints one line a run. What both refuse with the same message is the same.
 
-Not compared: comments in case.toml (they name the commit), times that were measured, and the names in case.toml that only one
+Not compared: comments in case.toml (they name the commit), times that were measured, and keys of case.toml that only one
 program writes. Errors of `ordo verify` are small differences of large numbers: they may differ by --verify-tolerance.
 Exit code: 0 when all agree within the tolerance, 1 when one does not, 2 for wrong usage.
 """
@@ -154,6 +154,12 @@ def vtk_fields(data):
     return fields
 
 
+def pvd_fields(data):
+    """The list of frames: their names and times."""
+    names = {name: numpy.zeros(1) for name in re.findall(r'file="([^"]*)"', data.decode())}
+    return {"time": numpy.array(re.findall(r'timestep="([^"]*)"', data.decode()), dtype=float), **names}
+
+
 def csv_fields(data):
     rows = list(csv.reader(data.decode().splitlines()))
     table = numpy.array([[float(x or "nan") for x in row] for row in rows[1:]]).reshape(-1, len(rows[0]))
@@ -181,6 +187,9 @@ def json_fields(data):
     return {key: numpy.array(values) for key, values in fields.items()}
 
 
+READERS = {".vtu": vtk_fields, ".vti": vtk_fields, ".pvd": pvd_fields, ".csv": csv_fields, ".json": json_fields}
+
+
 def group(name):
     """The vector, tensor or kind that a column belongs to; its members have one scale."""
     if name.endswith("_energy"):
@@ -200,8 +209,7 @@ def scales(fields):
 
 def difference(name, old, new):
     """The largest relative difference of two files and the field that it is of."""
-    read = vtk_fields if name.endswith((".vtu", ".vti")) else csv_fields if name.endswith(".csv") else json_fields
-    a, b = read(old), read(new)
+    a, b = READERS[pathlib.Path(name).suffix](old), READERS[pathlib.Path(name).suffix](new)
     if a.keys() != b.keys():
         return math.inf, "only one has " + ", ".join(sorted(a.keys() ^ b.keys()))
     worst, field = 0.0, ""
@@ -221,7 +229,6 @@ def difference(name, old, new):
 
 
 def without_times(text):
-    """Numbers of the study's own JSON may differ in times alone; of a case's echo only settings that both write count."""
     return re.sub(r'"\w*seconds\w*": [^,\n]*', "", text)
 
 
@@ -266,7 +273,7 @@ def compare(old, new):
             continue
         if name.endswith(".json") and without_times(data.decode()) == without_times(other.decode()):
             continue
-        if not name.endswith((".vtu", ".vti", ".csv", ".json")):
+        if pathlib.Path(name).suffix not in READERS:
             worst, where = math.inf, name
             continue
         size, field = difference(name, data, other)
