@@ -1,12 +1,14 @@
 #!/bin/sh
-# Compiles each header of src/ alone, with the compiler and flags of a configured build.
-# Usage: scripts/check_headers.sh BUILD_DIR, such as build/dev. One compiler message a fault, exit 1 if there is any.
+# Compiles headers of src/ alone, one by one, with the compiler and flags of a configured build.
+# Usage: scripts/check_headers.sh BUILD_DIR [HEADER...], such as build/checked src/base/vec.hpp; all headers without a list.
+# One compiler message a fault, exit 1 if there is any.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
-build=${1:?usage: scripts/check_headers.sh BUILD_DIR}
+build=${1:?usage: scripts/check_headers.sh BUILD_DIR [HEADER...]}
+shift
 commands=$build/compile_commands.json
 if [ ! -f "$commands" ]; then
-    echo "$commands: not there; configure first, such as cmake --preset dev" >&2
+    echo "$commands: not there; configure first, such as cmake --preset checked" >&2
     exit 2
 fi
 
@@ -33,8 +35,12 @@ print(shlex.join(kept))
 PYTHON
 )
 
+# Paths from src/, one a line.
+[ $# -gt 0 ] || set -- $(cd "$root" && find src -name '*.hpp' | sort)
+headers=$(printf '%s\n' "$@" | sed 's|^src/||')
+
 cd "$root/src"
 # An empty source that includes the header: a header as main file would warn of its #pragma once.
-find . -name '*.hpp' | sed 's|^\./||' | sort | xargs -P 2 -I{} sh -c "echo '#include \"{}\"' | $flags -I. -fsyntax-only -x c++ - || { echo 'src/{}: does not compile alone' >&2; exit 1; }" ||
+echo "$headers" | xargs -P "$(nproc)" -I{} sh -c "echo '#include \"{}\"' | $flags -I. -fsyntax-only -x c++ - || { echo 'src/{}: does not compile alone' >&2; exit 1; }" ||
     exit 1
-echo "$(find . -name '*.hpp' | wc -l) headers compile alone"
+echo "$# headers compile alone"

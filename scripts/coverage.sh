@@ -6,7 +6,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 source scripts/packages.sh
-command -v apt-get >/dev/null && install_packages "${ordo_build_packages[@]}" "${ordo_test_packages[@]}"
+command -v apt-get >/dev/null && install_packages "${ordo_build_packages[@]}" "${ordo_gate_packages[@]}" "${ordo_nightly_packages[@]}"
 
 at_least=90
 build=build/coverage

@@ -419,7 +419,7 @@ def copy_sources(to):
 def build(source, binary, layers, jobs):
     configure = ["cmake", "-S", source, "-B", binary, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
                  "-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG", f"-DCMAKE_CXX_FLAGS=-include {source / HEADER}",
-                 "-DORDO_TESTS=ON", "-DORDO_GMSH=OFF"]
+                 "-DORDO_TESTS=ON", "-DORDO_GMSH=OFF", "-DORDO_FLATTEN=OFF"]
     compile_ = ["cmake", "--build", binary, "-j", str(jobs), "--target", *(f"test_{layer}" for layer in layers)]
     log = binary.parent / "build.log"
     with log.open("w") as out:

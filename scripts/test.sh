@@ -1,41 +1,56 @@
 #!/usr/bin/env bash
-# Sets up a fresh Debian/Ubuntu machine, builds and runs every test that fits CI. The last lines are ctest's.
+# The gate, which CI runs (.ci/run): sets a fresh Debian/Ubuntu machine up, then at most 20 minutes on two cores with an empty
+# ccache. Static checks; one checked build (contracts on, warnings are errors) with all unit and pass tests, the program from
+# outside, the quick studies of verification and the sweep near presets; the release build, which runs the begin of every case.
+# The last lines are ctest's. Everything else is in scripts/nightly.sh.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 source scripts/packages.sh
+source scripts/changed.sh
 
-command -v apt-get >/dev/null && install_packages "${ordo_build_packages[@]}" "${ordo_test_packages[@]}"
+tidy_at_most=10  # sources, the last changed first: five minutes at most; all are the nightly's
 
-step() { printf '\n== %s\n' "$*"; }
+step() { printf '\n== %s\n' "$*"; SECONDS=0; }
+times=()
+took() { times+=("$(printf '%3d min %02d s  %s' $((SECONDS / 60)) $((SECONDS % 60)) "$*")"); echo "-- ${times[-1]}"; }
+
+step packages
+! command -v apt-get >/dev/null || install_packages "${ordo_build_packages[@]}" "${ordo_gate_packages[@]}"
+took packages
 
 step static checks
 python3 scripts/check_layers.py
 git ls-files 'src/*.[ch]pp' 'tests/*.[ch]pp' 'bench/*.[ch]pp' | xargs clang-format --dry-run --Werror
 git ls-files | xargs codespell
-cppcheck -q -j 2 --std=c++20 --enable=warning,performance,portability --error-exitcode=1 --suppress=missingIncludeSystem \
-  --suppressions-list=.cppcheck -D__linux__ -DORDO_OPENMP -DORDO_GMSH -I src src/*/*.cpp
+scripts/cppcheck.sh
+took static checks
 
-step fuzz
-scripts/fuzz.sh
+step checked build
+cmake --preset checked >/dev/null
+cmake --build --preset checked
+took checked build
 
-build_preset() { # PRESET, options of cmake
-  step "$@"
-  cmake --preset "$@" >/dev/null
-  cmake --build --preset "$1"
-}
+mapfile -t headers < <(changed_files 'src/*.hpp')
+mapfile -t sources < <(changed_files 'src/*.cpp')
+step "headers and clang-tidy of ${#headers[@]} and ${#sources[@]} changed files"
+[ ${#headers[@]} -eq 0 ] || scripts/check_headers.sh build/checked "${headers[@]}"
+if [ ${#sources[@]} -gt $tidy_at_most ]; then
+  echo "clang-tidy: the $tidy_at_most sources that changed last; scripts/nightly.sh tidy looks at all"
+  sources=("${sources[@]:0:$tidy_at_most}")
+fi
+[ ${#sources[@]} -eq 0 ] || scripts/tidy.sh build/checked "${sources[@]}"
+took headers and clang-tidy of changed files
 
-# Without OpenMP, Gmsh and HDF5; clang++. Another project would have to link the library of coverage too.
-build_preset minimal -DCMAKE_CXX_FLAGS=--coverage
-scripts/check_headers.sh build/minimal
-find build/minimal -name '*.gcda' -delete
-ctest --preset minimal --progress --exclude-regex '^package'
-scripts/coverage.sh --of build/minimal
+# As scripts/quickstart.sh builds it, and with warnings as errors, for those of -O3 are others.
+step release build
+cmake --preset release -DORDO_TESTS=OFF -DORDO_BENCH=OFF -DORDO_WERROR=ON >/dev/null
+cmake --build --preset release
+took release build
 
-# What the preset `dev` adds is in the others: contracts in asan-ubsan, warnings as errors in release.
-build_preset asan-ubsan
-ctest --preset asan-ubsan --progress
+step the begin of every case
+scripts/smoke.sh build/release/ordo
+took the begin of every case
 
-build_preset release -DORDO_WERROR=ON
-scripts/check_headers.sh build/release
-scripts/tidy.sh build/release
-ctest --preset release --progress
+step checked tests, after
+printf '%s\n' "${times[@]}"
+ctest --preset checked --progress

@@ -31,7 +31,7 @@ struct OutputError : std::runtime_error {
 
 }  // namespace ordo
 
-// Contracts cost time, so they are compiled in the dev and sanitizer builds only.
+// Contracts cost time, so they are compiled in the checked and sanitizer builds only.
 #if defined(ORDO_CONTRACTS) && !defined(__CUDACC__)
 #define ORDO_EXPECT(condition) ((condition) ? void(0) : ::ordo::contract_failed(#condition, __FILE__, __LINE__))
 #else

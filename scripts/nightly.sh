@@ -1,0 +1,123 @@
+#!/usr/bin/env bash
+# Everything that the gate (scripts/test.sh) leaves out. Goes on after a failure and ends with exit code 1 if any step failed.
+#   scripts/nightly.sh              all steps, hours
+#   scripts/nightly.sh STEP...      some of them
+#   scripts/nightly.sh --list       what there is
+# Each step writes its row of the table in docs/testing.md when it ends: when, on which commit, on which machine, how it ended.
+# Rows of steps that did not run stay as they were. What a step prints is in build/nightly/STEP.log.
+set -uo pipefail
+cd "$(dirname "$0")/.." || exit 2
+source scripts/packages.sh
+
+# NAME, what it does; each has a function below.
+steps() {
+  cat <<'END'
+tidy            clang-tidy of all sources
+headers         each header alone, g++ and clang++
+fuzz            what reads input, 20 s a target
+release         `-O3`, warnings are errors: all tests, the whole sweep
+verify          `ordo verify --all`
+sanitizers      address and undefined behaviour, contracts: all tests but studies
+minimal         clang++ without OpenMP, Gmsh and HDF5, for AVX2: all tests; at least 90 % of the lines of `src`
+clang           clang++ with all libraries and contracts: all tests
+avx2            `-O3` for AVX2, warnings are errors; unit and pass tests where the machine has it
+avx512          the same for AVX-512
+faults          `scripts/planted_faults.py`
+END
+}
+
+# shellcheck disable=SC2317  # called by their names
+has_instructions() { # flags of /proc/cpuinfo
+  local flag
+  for flag in "$@"; do grep -qw "$flag" /proc/cpuinfo || return 1; done
+}
+has_avx2() { has_instructions avx2 bmi1 bmi2 f16c fma abm movbe; }
+has_avx512() { has_avx2 && has_instructions avx512f avx512bw avx512cd avx512dq avx512vl; }
+
+build_preset() { # PRESET, options of cmake
+  cmake --preset "$@" >/dev/null && cmake --build --preset "$1"
+}
+
+step_tidy() {
+  cmake --preset checked >/dev/null && cmake --build --preset checked --target ordo_version && scripts/tidy.sh build/checked
+}
+step_headers() {
+  local preset
+  for preset in checked minimal; do
+    cmake --preset $preset >/dev/null && cmake --build --preset $preset --target ordo_version && scripts/check_headers.sh build/$preset || return 1
+  done
+}
+step_fuzz() { scripts/fuzz.sh; }
+step_release() { build_preset release -DORDO_WERROR=ON && ctest --preset release; }
+step_verify() { build_preset release -DORDO_WERROR=ON && build/release/ordo verify --all; }
+step_sanitizers() { build_preset asan-ubsan && ctest --preset asan-ubsan; }
+step_minimal() { # another project would have to link the library of coverage too
+  build_preset minimal -DCMAKE_CXX_FLAGS=--coverage && find build/minimal -name '*.gcda' -delete &&
+    ctest --preset minimal --exclude-regex '^package' && scripts/coverage.sh --of build/minimal
+}
+step_clang() { build_preset clang && ctest --preset clang; }
+step_avx() { # PRESET, the test for its instructions
+  build_preset "$1" -DORDO_WERROR=ON || return 1
+  if "$2"; then ctest --preset "$1"; else echo "$1: compiled only, this machine cannot run it"; fi
+}
+step_avx2() { step_avx avx2 has_avx2; }
+step_avx512() { step_avx avx512 has_avx512; }
+step_faults() { scripts/planted_faults.py --dir build/planted; }
+
+# record STEP RESULT MINUTES: puts the row of the step into the table.
+record() {
+  local commit machine=x86-64
+  commit=$(git rev-parse --short=10 HEAD)
+  git diff --quiet HEAD -- . ':!docs/testing.md' || commit="$commit, changed"
+  ! has_avx2 || machine=AVX2
+  ! has_avx512 || machine=AVX-512
+  steps | python3 -c '
+import re, sys
+
+name, result, minutes, date, commit, machine = sys.argv[1:]
+order = [line.split(None, 1) for line in sys.stdin]
+page = open("docs/testing.md").read()
+begin, end = "<!-- nightly: begin -->\n", "<!-- nightly: end -->\n"
+head, rest = page.split(begin)
+table, tail = rest.split(end)
+rows = {step: row for row, step in re.findall(r"^(\| (\S+) .*)$", table, re.M)}
+what = dict(order)[name].strip()
+rows[name] = f"| {name} | {what} | {date} | `{commit}` | {machine} | {result} | {minutes} |"
+lines = ["| step | what | date | commit | machine | result | minutes |", "|---|---|---|---|---|---|---|"]
+lines += [rows.get(n, f"| {n} | {w.strip()} |  |  |  | not yet |  |") for n, w in order]
+open("docs/testing.md", "w").write(head + begin + "\n".join(lines) + "\n" + end + tail)
+' "$1" "$2" "$3" "$(date +%Y-%m-%d)" "$commit" "$machine"
+}
+
+if [ "${1:-}" = --list ]; then
+  steps
+  exit
+fi
+names=("$@")
+[ ${#names[@]} -gt 0 ] || mapfile -t names < <(steps | awk '{print $1}')
+for name in "${names[@]}"; do
+  if ! steps | grep -q "^$name "; then
+    echo "nightly.sh: no step $name; there are: $(steps | awk '{printf "%s ", $1}')" >&2
+    exit 2
+  fi
+done
+
+! command -v apt-get >/dev/null ||
+  install_packages "${ordo_build_packages[@]}" "${ordo_gate_packages[@]}" "${ordo_nightly_packages[@]}" || exit 2
+mkdir -p build/nightly
+failed=0
+for name in "${names[@]}"; do
+  SECONDS=0
+  printf '%s: ' "$name"
+  if "step_$name" >"build/nightly/$name.log" 2>&1; then
+    result=passed
+    ! grep -q 'compiled only' "build/nightly/$name.log" || result="compiled"
+  else
+    result="**failed**"
+    failed=1
+  fi
+  minutes=$(awk -v s=$SECONDS 'BEGIN {printf "%.1f", s / 60}')
+  echo "$result, $minutes min, build/nightly/$name.log"
+  record "$name" "$result" "$minutes"
+done
+exit $failed
