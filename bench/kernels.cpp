@@ -2,6 +2,7 @@
 // ns per particle.
 #include "method/explicit.hpp"
 #include "method/planting.hpp"
+#include "method/tables.hpp"
 #include "method/reconstruction.hpp"
 
 #include <benchmark/benchmark.h>

@@ -1,7 +1,7 @@
 #include "app/commands.hpp"
 #include "base/error.hpp"
 #include "io/input.hpp"
-#include "method/axes.hpp"
+#include "method/tables.hpp"
 #include "verification/study.hpp"
 
 #include <fmt/format.h>
@@ -24,7 +24,7 @@ void list_methods()
             if (p.spec.*axis != MethodSpec{}.*axis)
                 row += fmt::format("{}{} {}", row.empty() ? "" : ", ", A::key, name_of(p.spec.*axis));
         });
-        for (const Setting& s : settings)
+        for (const Setting& s : settings())
             if (p.spec.*s.value != MethodSpec{}.*s.value) row += fmt::format(", {} {}", s.name, p.spec.*s.value);
         if (row.empty()) row = "the default of every axis";
         fmt::print("             {}\n", row);
@@ -38,7 +38,7 @@ void list_methods()
             fmt::print("    {:<15} {}{}\n", c.name, c.what, c.value == any.*axis ? " (default)" : "");
     });
     fmt::print("\nNumbers (method.NAME)\n");
-    for (const Setting& s : settings)
+    for (const Setting& s : settings())
         fmt::print("  {:<20} {} ({} to {}, default {})\n", s.name, s.what, s.min, s.max, any.*s.value);
     fmt::print("\nBases and domains that go together (x)\n  {:<16}", "");
     for (const auto& d : Axis<Domain>::choices) fmt::print("{:<16}", d.name);

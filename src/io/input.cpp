@@ -18,38 +18,6 @@ namespace {
 const std::vector<std::string> kFaces     = {"x-min", "x-max", "y-min", "y-max", "z-min", "z-max"};
 const std::vector<std::string> kBodyFaces = {"x-min", "x-max", "y-min", "y-max", "z-min", "z-max", "inner", "outer", "all"};
 
-/// Pairs (name in the input, choice of the method) of every axis: f(&MethodInput::x, &MethodSpec::x).
-template <class F>
-void for_each_method_axis(F&& f)
-{
-    f(&MethodInput::basis, &MethodSpec::basis);
-    f(&MethodInput::domain, &MethodSpec::domain);
-    f(&MethodInput::cell_weights, &MethodSpec::weights);
-    f(&MethodInput::enrichment, &MethodSpec::enrichment);
-    f(&MethodInput::corner_velocity, &MethodSpec::corner_velocity);
-    f(&MethodInput::projection, &MethodSpec::projection);
-    f(&MethodInput::weight, &MethodSpec::weight);
-    f(&MethodInput::samples, &MethodSpec::samples);
-    f(&MethodInput::tls, &MethodSpec::tls);
-    f(&MethodInput::quadrature, &MethodSpec::quadrature);
-    f(&MethodInput::cell_volume, &MethodSpec::cell_volume);
-    f(&MethodInput::mass, &MethodSpec::mass);
-    f(&MethodInput::gradient, &MethodSpec::gradient);
-    f(&MethodInput::update, &MethodSpec::update);
-    f(&MethodInput::scheme, &MethodSpec::scheme);
-    f(&MethodInput::start, &MethodSpec::start);
-}
-
-template <class E>
-E choice_type(E MethodSpec::*);
-
-/// Numbers of the method, in the order of `settings`.
-constexpr std::array kMethodSettings{&MethodInput::degree,        &MethodInput::pic_fraction,  &MethodInput::a0,
-                                     &MethodInput::lump_below,    &MethodInput::stretch_limit, &MethodInput::layers,
-                                     &MethodInput::stress_degree, &MethodInput::removed_knots, &MethodInput::removed_stress_knots,
-                                     &MethodInput::null_damping};
-static_assert(kMethodSettings.size() == settings.size());
-
 // clang-format off
 // ---- the schema ------------------------------------------------------------------------------------------------------
 
@@ -78,12 +46,12 @@ const Section<MethodInput>& method_section()
     static const Section<MethodInput> s = [] {
         Section<MethodInput> r{.name = "method", .what = "A preset, and any axis to override it.", .keys = {}};
         r.keys.push_back({&MethodInput::preset, {.name = "preset", .what = "a row of choices, see `ordo list methods`", .choices = preset_names()}});
-        for_each_method_axis([&](auto text, auto choice) {
-            using E = decltype(choice_type(choice));
-            r.keys.push_back({text, {.name = std::string(Axis<E>::key), .what = std::string(Axis<E>::what), .default_text = "of the preset", .choices = choice_names<E>()}});
+        for_each_axis([&](auto axis) {
+            using E = std::decay_t<decltype(MethodSpec{}.*axis)>;
+            r.keys.push_back({&MethodInput::axes, {.name = std::string(Axis<E>::key), .what = std::string(Axis<E>::what), .default_text = "of the preset", .choices = choice_names<E>()}});
         });
-        for (std::size_t k = 0; k < settings.size(); ++k)
-            r.keys.push_back({kMethodSettings[k], {.name = std::string(settings[k].name), .what = std::string(settings[k].what), .default_text = settings[k].is_integer ? "of the preset" : fmt::format("{}", MethodSpec{}.*settings[k].value), .min = settings[k].min, .max = settings[k].max}});
+        for (const Setting& number : settings())
+            r.keys.push_back({&MethodInput::numbers, {.name = std::string(number.name), .what = std::string(number.what), .default_text = number.is_integer ? "of the preset" : fmt::format("{}", MethodSpec{}.*number.value), .min = number.min, .max = number.max}});
         return r;
     }();
     return s;
@@ -395,17 +363,17 @@ int read_dim(const toml::table& root)
 MethodSpec resolve_method(MethodInput& in)
 {
     MethodSpec spec = find_preset(in.preset)->spec;
-    for_each_method_axis([&](auto text, auto choice) {
-        using E = decltype(choice_type(choice));
-        if (!(in.*text).empty()) spec.*choice = parse_choice<E>(in.*text);
-        in.*text = name_of(spec.*choice);
+    for_each_axis([&](auto axis) {
+        using E           = std::decay_t<decltype(spec.*axis)>;
+        std::string& name = in.axes[std::string(Axis<E>::key)];
+        if (!name.empty()) spec.*axis = parse_choice<E>(name);
+        name = name_of(spec.*axis);
     });
-    for (std::size_t k = 0; k < settings.size(); ++k) {
-        std::optional<double>& given = in.*kMethodSettings[k];
-        spec.*settings[k].value      = given.value_or(spec.*settings[k].value);
-        given                        = spec.*settings[k].value;
-        if (settings[k].is_integer && *given != std::floor(*given))
-            in.fail(std::string(settings[k].name), fmt::format("must be an integer (got {})", *given));
+    for (const Setting& s : settings()) {
+        double& number = in.numbers.try_emplace(std::string(s.name), spec.*s.value).first->second;
+        spec.*s.value  = number;
+        if (s.is_integer && number != std::floor(number))
+            in.fail(std::string(s.name), fmt::format("must be an integer (got {})", number));
     }
     if (const Rule* rule = broken_rule(spec)) {
         // The key to blame is the last that the rule names and the input has.

@@ -3,7 +3,7 @@
 
 #include "io/schema.hpp"
 #include "material/material.hpp"
-#include "method/axes.hpp"
+#include "method/tables.hpp"
 #include "method/watch.hpp"
 
 #include <filesystem>
@@ -19,10 +19,8 @@ struct GridInput : Located {
 
 struct MethodInput : Located {
     std::string preset = "cpdi1";
-    std::string basis, domain, cell_weights, enrichment, corner_velocity, projection, weight, samples, tls, quadrature,
-        cell_volume, mass, gradient, update, scheme, start;
-    std::optional<double> degree, pic_fraction, a0, lump_below, stretch_limit, layers, stress_degree, removed_knots,
-        removed_stress_knots, null_damping;
+    Words axes;       ///< choices by the keys of their axes
+    Numbers numbers;  ///< by the names of settings()
 };
 
 struct TimeInput : Located {

@@ -32,8 +32,9 @@ namespace {
 /// True where `name` is a number of a method, which then is set.
 bool set_number(MethodSpec& spec, const std::string& option, const std::string& name, const std::string& choice)
 {
-    const auto setting = std::find_if(settings.begin(), settings.end(), [&](const Setting& s) { return s.name == name; });
-    if (setting == settings.end()) return false;
+    const auto all     = settings();
+    const auto setting = std::find_if(all.begin(), all.end(), [&](const Setting& s) { return s.name == name; });
+    if (setting == all.end()) return false;
     const auto number = parse_number(choice);
     if (!number || !(*number >= setting->min && *number <= setting->max))
         throw InputError(
@@ -51,7 +52,7 @@ void set_axis(MethodSpec& spec, const std::string& option, const std::string& na
     if (set_number(spec, option, name, choice)) return;
     bool found = false;
     std::vector<std::string> axes;
-    for (const Setting& setting : settings) axes.emplace_back(setting.name);
+    for (const Setting& setting : settings()) axes.emplace_back(setting.name);
     for_each_axis([&](auto member) {
         using E = std::decay_t<decltype(spec.*member)>;
         axes.emplace_back(Axis<E>::key);

@@ -2,7 +2,7 @@
 // it; the files of `ordo run` go by the schema.
 #pragma once
 
-#include "method/axes.hpp"
+#include "method/tables.hpp"
 
 #include <optional>
 #include <string>

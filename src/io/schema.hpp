@@ -82,13 +82,14 @@ struct KeyInfo {
     std::vector<std::string> choices = {};
 };
 
-/// Numbers by their keys, for keys that only tables know: parameters of laws.
+/// Numbers and words by their keys, for keys that only tables know: parameters of laws, axes of methods.
 using Numbers = std::map<std::string, double>;
+using Words   = std::map<std::string, std::string>;
 
 template <class Owner>
 using Member = std::variant<double Owner::*, std::optional<double> Owner::*, int Owner::*, std::optional<int> Owner::*,
                             bool Owner::*, std::string Owner::*, std::vector<double> Owner::*, std::vector<int> Owner::*,
-                            std::vector<std::string> Owner::*, std::vector<Expression> Owner::*, Numbers Owner::*>;
+                            std::vector<std::string> Owner::*, std::vector<Expression> Owner::*, Numbers Owner::*, Words Owner::*>;
 
 template <class Owner>
 struct Key {
@@ -122,7 +123,11 @@ struct ValueReader {
     void read(const toml::node& node, bool& out) const;
     void read(const toml::node& node, std::string& out) const;
     void read(const toml::node& node, Expression& out) const;
-    void read(const toml::node& node, Numbers& out) const { read(node, out[info.name]); }
+    template <class T>
+    void read(const toml::node& node, std::map<std::string, T>& out) const
+    {
+        read(node, out[info.name]);
+    }
     template <class T>
     void read(const toml::node& node, std::optional<T>& out) const
     {
@@ -223,7 +228,8 @@ const T& value_of(const T& member, const std::string&)
 {
     return member;
 }
-inline std::optional<double> value_of(const Numbers& member, const std::string& key)
+template <class T>
+std::optional<T> value_of(const std::map<std::string, T>& member, const std::string& key)
 {
     const auto found = member.find(key);
     return found == member.end() ? std::nullopt : std::optional(found->second);
@@ -265,6 +271,7 @@ std::string reference(const Section<Owner>& section)
         std::string operator()(std::vector<std::string> Owner::*) const { return "strings"; }
         std::string operator()(std::vector<Expression> Owner::*) const { return "numbers or expressions"; }
         std::string operator()(Numbers Owner::*) const { return "number"; }
+        std::string operator()(Words Owner::*) const { return "string"; }
     };
     std::string text     = fmt::format("## {}\n\n{}\n\n| key | type | default | unit | meaning |\n|---|---|---|---|---|\n",
                                    section.name.empty() ? "Top level" : "`" + section.header() + "`", section.what);

@@ -2,7 +2,7 @@
 // may pass. The second are rows of data, found by the case `dispersion` of `ordo verify`, whose tests find them again.
 #pragma once
 
-#include "method/axes.hpp"
+#include "method/spec.hpp"
 
 #include <algorithm>
 #include <cmath>

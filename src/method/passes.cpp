@@ -1,6 +1,7 @@
 #include "method/passes.hpp"
 
 #include "method/passes_of.hpp"
+#include "method/tables.hpp"
 
 namespace ordo {
 

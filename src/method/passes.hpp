@@ -5,7 +5,7 @@
 #include "grid/node_rows.hpp"
 #include "grid/tiles.hpp"
 #include "kernels/sweep.hpp"
-#include "method/axes.hpp"
+#include "method/spec.hpp"
 
 #include <cstddef>
 

@@ -8,7 +8,7 @@
 #include "grid/tiles.hpp"
 #include "kernels/sweep.hpp"
 #include "material/material.hpp"
-#include "method/axes.hpp"
+#include "method/spec.hpp"
 #include "method/spline_work.hpp"
 #include "method/tractions.hpp"
 #include "particles/particles.hpp"

@@ -1,7 +1,7 @@
 // What `ordo verify` runs and judges: cases with parameters, studies of a method over meshes, and the bars they must meet.
 #pragma once
 
-#include "method/axes.hpp"
+#include "method/tables.hpp"
 
 #include <limits>
 #include <string>

@@ -1,5 +1,6 @@
 // A program of its own on the installed library: a block falls freely for a tenth of a second.
 #include <method/explicit.hpp>
+#include <method/tables.hpp>
 #include <particles/seeding.hpp>
 
 #include <cmath>

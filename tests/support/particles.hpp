@@ -3,6 +3,7 @@
 
 #include "method/explicit.hpp"
 #include "method/planting.hpp"
+#include "method/tables.hpp"
 #include "particles/cell_seeding.hpp"
 #include "particles/seeding.hpp"
 #include "shape/box.hpp"

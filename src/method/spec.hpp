@@ -1,0 +1,120 @@
+// A method is a row of choices on independent axes: the axes as types, the row, and what follows from it. Names, sentences, rules
+// and presets are in tables.hpp.
+#pragma once
+
+namespace ordo {
+
+enum class Basis { hat, bspline2, bspline3, bspline4, bspline5, ddmpm };
+enum class Domain { point, box, stretched_box, parallelepiped, cell, simplex };
+enum class CornerWeights { exact, mean };
+enum class Enrichment { none, interface, adjacent, layers, all };
+enum class CornerVelocity { remapped, kept };
+enum class Projection { mass, gradient_enhanced, affine, polynomial, mls, imls, tls, spline_fit };
+enum class Weight { hat, quadratic, cubic };
+enum class Samples { particles, corners };
+enum class Tls { both, velocity, stress };
+enum class Quadrature { particle, cell, gauss, spline };
+enum class CellVolume { full, filled };
+enum class MassMatrix { lumped, consistent };
+enum class Gradient { shape, adjoint, affine, projected };
+enum class Update { flip, apic, polypic };
+enum class Scheme { usf, usl, musl, rk3, rk4 };
+enum class Start { leapfrog, plain };
+
+/// A method: one choice per axis.
+struct MethodSpec {
+    Basis basis                    = Basis::hat;
+    Domain domain                  = Domain::point;
+    CornerWeights weights          = CornerWeights::exact;
+    Enrichment enrichment          = Enrichment::none;
+    CornerVelocity corner_velocity = CornerVelocity::remapped;
+    Projection projection          = Projection::mass;
+    Weight weight                  = Weight::cubic;
+    Samples samples                = Samples::particles;
+    Tls tls                        = Tls::both;
+    Quadrature quadrature          = Quadrature::particle;
+    CellVolume cell_volume         = CellVolume::full;
+    MassMatrix mass                = MassMatrix::lumped;
+    Gradient gradient              = Gradient::shape;
+    Update update                  = Update::flip;
+    Scheme scheme                  = Scheme::usl;
+    Start start                    = Start::leapfrog;
+    double degree                  = 1;
+    double pic_fraction            = 0.0;
+    double a0                      = 0.5;
+    double lump_below              = 0.3;
+    double stretch_limit           = 0.0;
+    double layers                  = 2;
+    double stress_degree           = 3;
+    double removed_knots           = 0;
+    double removed_stress_knots    = 0;
+    double null_damping            = 0.01;
+
+    bool operator==(const MethodSpec&) const = default;
+};
+
+inline bool has_cells(const MethodSpec& s) { return s.domain == Domain::cell || s.domain == Domain::simplex; }
+inline bool has_splines(const MethodSpec& s) { return s.basis == Basis::bspline2 || s.basis == Basis::bspline3; }
+/// The scheme of docs/high_order.md.
+inline bool is_spline_fit(const MethodSpec& s) { return s.projection == Projection::spline_fit; }
+inline bool has_stages_of_runge_kutta(const MethodSpec& s) { return s.scheme == Scheme::rk3 || s.scheme == Scheme::rk4; }
+/// Of a scheme of Runge and Kutta.
+inline int stages_of(Scheme scheme) { return scheme == Scheme::rk3 ? 3 : 4; }
+/// Of the splines, 1 for hats.
+inline int degree_of(Basis basis)
+{
+    switch (basis) {
+    case Basis::bspline2: return 2;
+    case Basis::bspline3: return 3;
+    case Basis::bspline4: return 4;
+    case Basis::bspline5: return 5;
+    case Basis::hat:
+    case Basis::ddmpm: break;
+    }
+    return 1;
+}
+inline bool has_enrichment(const MethodSpec& s) { return s.enrichment != Enrichment::none; }
+inline bool keeps_corner_velocity(const MethodSpec& s) { return s.corner_velocity == CornerVelocity::kept; }
+/// Velocities of the nodes are least-squares fits there.
+inline bool fits_velocity(const MethodSpec& s) { return s.projection == Projection::mls || s.projection == Projection::imls; }
+/// Cells that a weight is wide.
+inline int width_of(Weight weight) { return weight == Weight::hat ? 2 : weight == Weight::quadratic ? 3 : 4; }
+/// Mass and momentum are those of the Gauss points.
+inline bool has_tls_velocity(const MethodSpec& s) { return s.projection == Projection::tls && s.tls != Tls::stress; }
+/// Forces are those of the Gauss points.
+inline bool has_gauss_forces(const MethodSpec& s)
+{
+    return s.quadrature == Quadrature::gauss && !(s.projection == Projection::tls && s.tls == Tls::velocity);
+}
+/// Particles leave velocities that are linear beside them.
+inline bool spreads_gradient(const MethodSpec& s)
+{
+    return s.projection == Projection::gradient_enhanced || s.projection == Projection::affine;
+}
+/// Particles carry a matrix from which velocities beside them follow: L_p, or the affine matrix.
+inline bool carries_gradient(const MethodSpec& s)
+{
+    return spreads_gradient(s) || (s.samples == Samples::corners && !has_cells(s));
+}
+/// That matrix is the gradient of the stress update, which stores it in passing.
+inline bool stores_gradient(const MethodSpec& s)
+{
+    return s.scheme == Scheme::usl && carries_gradient(s) &&
+           (s.projection != Projection::affine || s.gradient == Gradient::affine);
+}
+
+/// The mass of the nodes is that of the particles, to round-off. Where domains reach further than quadrature points, nodes
+/// that only they reach have the particles' mass besides.
+inline bool keeps_mass(const MethodSpec& s)
+{
+    return !is_spline_fit(s) && s.quadrature != Quadrature::cell && !(has_tls_velocity(s) && s.domain != Domain::point);
+}
+/// So is the momentum of the particles before a step and after it, but for forces from outside. Velocities by least squares
+/// do not keep it on the nodes, but increments from them do on the particles, where node masses are sums over particles.
+inline bool keeps_momentum(const MethodSpec& s)
+{
+    const bool has_particle_masses = keeps_mass(s) && !has_tls_velocity(s);
+    return has_particle_masses && !(fits_velocity(s) && s.pic_fraction > 0);
+}
+
+}  // namespace ordo

@@ -1,0 +1,385 @@
+#include "method/tables.hpp"
+
+#include "base/error.hpp"
+
+namespace ordo {
+
+template <class E>
+E parse_choice(std::string_view name)
+{
+    for (const auto& c : Axis<E>::choices)
+        if (c.name == name) return c.value;
+    throw InputError(std::string(Axis<E>::key) + ": there is no choice called " + std::string(name));
+}
+
+namespace {
+
+template <class E>
+struct AxisRow {
+    std::string_view key, what;
+    std::span<const Choice<E>> choices;
+};
+
+// clang-format off
+constexpr Choice<Basis> choices_of_basis[] = {
+        {Basis::hat, "hat", "piecewise linear"},
+        {Basis::bspline2, "bspline2", "quadratic splines, knots clamped at the grid's faces (Wobbes et al. 2020)"},
+        {Basis::bspline3, "bspline3", "cubic splines, knots clamped at the grid's faces"},
+        {Basis::bspline4, "bspline4", "the same of degree 4, of projection spline-fit"},
+        {Basis::bspline5, "bspline5", "the same of degree 5"},
+        {Basis::ddmpm, "ddmpm", "hats with the dual-domain gradient (Zhang et al. 2011; Wobbes et al. 2020)"}};
+constexpr AxisRow<Basis> row_of(Basis) { return {"basis", "shape functions N_i of the background grid", choices_of_basis}; }
+constexpr Choice<Domain> choices_of_domain[] = {
+        {Domain::point, "point", "phi_ip = N_i(x_p)"},
+        {Domain::box, "box", "a box of fixed size (uGIMP)"},
+        {Domain::stretched_box, "stretched-box", "a box stretched by the diagonal of F (cpGIMP)"},
+        {Domain::parallelepiped, "parallelepiped", "a parallelepiped r = F r0 (CPDI1)"},
+        {Domain::cell, "cell", "a cell of a mesh with shared corners that move (CPDI2)"},
+        {Domain::simplex, "simplex", "the same, built-in shapes cut into triangles or tetrahedra (CPDI-T)"}};
+constexpr AxisRow<Domain> row_of(Domain) { return {"domain", "the region that a particle stands for", choices_of_domain}; }
+constexpr Choice<CornerWeights> choices_of_corner_weights[] = {
+        {CornerWeights::exact, "exact", "integrals over the cell"},
+        {CornerWeights::mean, "mean", "the mean of the corners (Sadeghirad et al. 2013), exact for parallelepipeds"}};
+constexpr AxisRow<CornerWeights> row_of(CornerWeights) { return {"cell_weights", "weights of the corners of a cell", choices_of_corner_weights}; }
+constexpr Choice<Enrichment> choices_of_enrichment[] = {
+        {Enrichment::none, "none", "all corners spread to the grid"},
+        {Enrichment::interface, "interface", "corners that cells of different bodies share"},
+        {Enrichment::adjacent, "adjacent", "all corners of the cells that have one of those"},
+        {Enrichment::layers, "layers", "the same, over as many layers of cells as `layers` says"},
+        {Enrichment::all, "all", "every corner: finite elements of one point"}};
+constexpr AxisRow<Enrichment> row_of(Enrichment) { return {"enrichment", "corners of cells that are degrees of freedom of their own, beside the grid's nodes, where no other body is near (Sadeghirad et al. 2013)", choices_of_enrichment}; }
+constexpr Choice<CornerVelocity> choices_of_corner_velocity[] = {
+        {CornerVelocity::remapped, "remapped", "projected from the particles, as that of nodes"},
+        {CornerVelocity::kept, "kept", "that of the last step, as in finite elements"}};
+constexpr AxisRow<CornerVelocity> row_of(CornerVelocity) { return {"corner_velocity", "velocity of enriched corners at the start of a step", choices_of_corner_velocity}; }
+constexpr Choice<Projection> choices_of_projection[] = {
+        {Projection::mass, "mass", "weighted by m_p phi_ip; conserves linear momentum"},
+        {Projection::gradient_enhanced, "gradient-enhanced", "the same of v_p + L_p (x_i - x_p) (Wallstedt & Guilkey 2007); conserves linear momentum where functions reproduce linear fields"},
+        {Projection::affine, "affine", "the same of v_p + C_p (x_i - x_p), C_p from the nodes (Jiang et al. 2015); conserves linear and, with update apic, angular momentum"},
+        {Projection::polynomial, "polynomial", "the same of a polynomial a particle, of `degree` an axis (Fu et al. 2017); conserves linear momentum"},
+        {Projection::mls, "mls", "moving least squares of `degree` at the nodes, degree 0 where they are singular (Gong 2015, sec. 5.3); does not conserve momentum"},
+        {Projection::imls, "imls", "the same, but only the monomials are left out that samples do not determine (Tran et al. 2019); does not conserve momentum"},
+        {Projection::tls, "tls", "Taylor least squares of `degree` a cell, at Gauss points (Wobbes et al. 2020); conserves mass and linear momentum"},
+        {Projection::spline_fit, "spline-fit", "the splines of `basis` that fit the particles best (docs/high_order.md); conserves momentum up to the error of the particles' masses as a quadrature"}};
+constexpr AxisRow<Projection> row_of(Projection) { return {"projection", "velocity from particles to nodes", choices_of_projection}; }
+constexpr Choice<Weight> choices_of_weight[] = {
+        {Weight::hat, "hat", "of support h"},
+        {Weight::quadratic, "quadratic", "quadratic spline of support 3h/2"},
+        {Weight::cubic, "cubic", "cubic spline of support 2h"}};
+constexpr AxisRow<Weight> row_of(Weight) { return {"weight", "weight of a sample at a node, of mls and imls", choices_of_weight}; }
+constexpr Choice<Samples> choices_of_samples[] = {
+        {Samples::particles, "particles", "particles"},
+        {Samples::corners, "corners", "particles and the corners of their domains, v_c = v_p + L_p (x_c - x_p) (CPLS, Tran et al. 2019); shared corners once, with a velocity of their own"}};
+constexpr AxisRow<Samples> row_of(Samples) { return {"samples", "what mls and imls fit to", choices_of_samples}; }
+constexpr Choice<Tls> choices_of_tls[] = {
+        {Tls::both, "both", "density and momentum for the nodes' velocities, stress for the forces"},
+        {Tls::velocity, "velocity", "density and momentum; forces from the particles"},
+        {Tls::stress, "stress", "stress; velocities by projection mass"}};
+constexpr AxisRow<Tls> row_of(Tls) { return {"tls", "what projection tls reconstructs", choices_of_tls}; }
+constexpr Choice<Quadrature> choices_of_quadrature[] = {
+        {Quadrature::particle, "particle", "sum over particle volumes; conserves mass and linear momentum"},
+        {Quadrature::cell, "cell", "one point a cell, mls of density, stress and body force (IMPM, Gong 2015, sec. 5.3); does not conserve mass"},
+        {Quadrature::gauss, "gauss", "2^D Gauss points a cell, Taylor least squares of stress and body force (Wobbes et al. 2020); of mass with projection tls"},
+        {Quadrature::spline, "spline", "Gauss points of splines of density, body force and stress that fit the particles best"}};
+constexpr AxisRow<Quadrature> row_of(Quadrature) { return {"quadrature", "integration of mass and forces", choices_of_quadrature}; }
+constexpr Choice<CellVolume> choices_of_cell_volume[] = {
+        {CellVolume::full, "full", "the whole cell; wrong by O(h) where a body ends inside of it"},
+        {CellVolume::filled, "filled", "next to empty cells the volume of the particles inside, with the one point at their centroid, or their means at Gauss points"}};
+constexpr AxisRow<CellVolume> row_of(CellVolume) { return {"cell_volume", "volume of a cell in quadratures cell and gauss", choices_of_cell_volume}; }
+constexpr Choice<MassMatrix> choices_of_mass_matrix[] = {
+        {MassMatrix::lumped, "lumped", "row sums"},
+        {MassMatrix::consistent, "consistent", "sum_p m_p phi_ip phi_jp, solved by conjugate gradients; rows below lump_below are lumped"}};
+constexpr AxisRow<MassMatrix> row_of(MassMatrix) { return {"mass", "mass matrix of the nodes", choices_of_mass_matrix}; }
+constexpr Choice<Gradient> choices_of_gradient[] = {
+        {Gradient::shape, "shape", "sum_i v_i (x) grad phi_ip"},
+        {Gradient::adjoint, "adjoint", "quadratic-spline interpolation of the gradients at cell centres, the adjoint of quadrature cell (docs/design.md)"},
+        {Gradient::affine, "affine", "the affine matrix C_p, in forces too (MLS-MPM, Hu et al. 2018)"},
+        {Gradient::projected, "projected", "grad v_h projected onto the splines of the stress, the adjoint of quadrature spline"}};
+constexpr AxisRow<Gradient> row_of(Gradient) { return {"gradient", "velocity gradient at the particle", choices_of_gradient}; }
+constexpr Choice<Update> choices_of_update[] = {
+        {Update::flip, "flip", "increments; a fraction pic_fraction takes the node velocity instead"},
+        {Update::apic, "apic", "node velocity and affine matrix (Jiang et al. 2015)"},
+        {Update::polypic, "polypic", "node velocity and polynomial (Fu et al. 2017)"}};
+constexpr AxisRow<Update> row_of(Update) { return {"update", "velocity from nodes to particles", choices_of_update}; }
+constexpr Choice<Scheme> choices_of_scheme[] = {
+        {Scheme::usf, "usf", "stress first, from the projected velocity"},
+        {Scheme::usl, "usl", "stress last, from the advanced velocity"},
+        {Scheme::musl, "musl", "stress last, from the velocity projected again after the particle update"},
+        {Scheme::rk3, "rk3", "Heun's three stages of third order, particles as their data"},
+        {Scheme::rk4, "rk4", "the four classical stages of fourth order"}};
+constexpr AxisRow<Scheme> row_of(Scheme) { return {"scheme", "when the stress is updated", choices_of_scheme}; }
+constexpr Choice<Start> choices_of_start[] = {
+        {Start::leapfrog, "leapfrog", "the first kick is a half step: velocities live at t - dt/2"},
+        {Start::plain, "plain", "the first kick is a whole step: the initial velocity is taken as that of -dt/2"}};
+constexpr AxisRow<Start> row_of(Start) { return {"start", "time level of the velocities", choices_of_start}; }
+// clang-format on
+
+constexpr Setting kSettings[] = {
+    Setting{"degree", &MethodSpec::degree, 0, 3,
+            "of the polynomials of projections mls, imls, tls and polynomial and of quadratures cell and gauss", true},
+    Setting{"pic_fraction", &MethodSpec::pic_fraction, 0, 1, "part of the velocity update that is PIC instead of FLIP; damps"},
+    Setting{"a0", &MethodSpec::a0, 0, 1, "ddmpm: the part of the plain gradient in the middle of a cell"},
+    Setting{"lump_below", &MethodSpec::lump_below, 0, 1,
+            "consistent mass: nodes that are filled to less than this part are lumped"},
+    Setting{"stretch_limit", &MethodSpec::stretch_limit, 0, 30,
+            "parallelepiped: largest distance of a corner from the particle, cells; wider domains are scaled (Homel et al. "
+            "2016); 0: none"},
+    Setting{"layers", &MethodSpec::layers, 0, 1000, "layers of cells on both sides of an interface, of enrichment layers", true},
+    Setting{"stress_degree", &MethodSpec::stress_degree, 1, 5,
+            "spline-fit: of the splines of the stress and the velocity gradient", true},
+    Setting{"removed_knots", &MethodSpec::removed_knots, 0, 3,
+            "spline-fit: knots left out next to each wall, of the velocity's splines", true},
+    Setting{"removed_stress_knots", &MethodSpec::removed_stress_knots, 0, 3, "spline-fit: the same of the stress' splines", true},
+    Setting{"null_damping", &MethodSpec::null_damping, 0, 1,
+            "spline-fit: part of what splines do not hold of the velocity that a step takes away"}};
+
+}  // namespace
+
+template <class E>
+const std::string_view Axis<E>::key = row_of(E{}).key;
+template <class E>
+const std::string_view Axis<E>::what = row_of(E{}).what;
+template <class E>
+const std::span<const Choice<E>> Axis<E>::choices = row_of(E{}).choices;
+
+#define ORDO_AXIS(E)         \
+    template struct Axis<E>; \
+    template E parse_choice(std::string_view);
+ORDO_AXES(ORDO_AXIS)
+#undef ORDO_AXIS
+
+std::span<const Setting> settings() { return kSettings; }
+
+const std::vector<Rule>& rules()
+{
+    static const std::vector<Rule> rows = {
+        {[](const MethodSpec& s) { return s.basis == Basis::ddmpm && s.domain != Domain::point; },
+         "basis ddmpm with a domain other than point",
+         "ddmpm changes the gradient at a point; domains take means of the values of hats, which it leaves alone: use basis hat"},
+        {[](const MethodSpec& s) { return s.weights == CornerWeights::mean && !has_cells(s); },
+         "cell_weights mean with a domain other than cell and simplex", "there are no cells whose corners could be weighted"},
+        {[](const MethodSpec& s) { return s.stretch_limit > 0 && s.domain != Domain::parallelepiped; },
+         "stretch_limit with a domain other than parallelepiped",
+         "points and boxes do not stretch with F and cells share their corners: there is nothing that could be scaled"},
+        {[](const MethodSpec& s) { return has_enrichment(s) && !has_cells(s); },
+         "enrichment with a domain other than cell and simplex", "there are no corners that cells share"},
+        {[](const MethodSpec& s) {
+             return has_enrichment(s) &&
+                    (s.projection != Projection::mass || s.quadrature != Quadrature::particle || s.gradient != Gradient::shape);
+         },
+         "enrichment with a projection other than mass, a quadrature other than particle or a gradient other than shape",
+         "fits and cells of the grid know nothing of corners that do not spread to it"},
+        {[](const MethodSpec& s) { return has_enrichment(s) && s.mass == MassMatrix::consistent; },
+         "enrichment with mass consistent", "one particle a cell leaves the matrix of its corners singular: use mass lumped"},
+        {[](const MethodSpec& s) { return keeps_corner_velocity(s) && !has_enrichment(s); },
+         "corner_velocity kept without enrichment", "only enriched corners have a velocity of their own"},
+        {[](const MethodSpec& s) { return s.layers != MethodSpec{}.layers && s.enrichment != Enrichment::layers; },
+         "layers with an enrichment other than layers", "the other choices say how far they go: set enrichment to layers"},
+        {[](const MethodSpec& s) { return s.samples == Samples::corners && !fits_velocity(s); },
+         "samples corners with a projection other than mls and imls", "only least squares have samples"},
+        {[](const MethodSpec& s) { return s.samples == Samples::corners && s.domain == Domain::point; },
+         "samples corners with domain point", "a point has no corners: use domain box or parallelepiped"},
+        {[](const MethodSpec& s) {
+             return (s.projection == Projection::affine || s.projection == Projection::polynomial) && s.domain == Domain::point &&
+                    !has_splines(s);
+         },
+         "projection affine or polynomial with domain point and basis hat or ddmpm",
+         "on a node all other hats vanish and nothing determines the matrix: use basis bspline2, or projection "
+         "gradient-enhanced, which is the same elsewhere"},
+        {[](const MethodSpec& s) { return s.projection == Projection::polynomial && s.domain != Domain::point; },
+         "projection polynomial with a domain other than point",
+         "its polynomials are orthogonal for products of one-dimensional weights: use projection affine"},
+        {[](const MethodSpec& s) { return s.projection == Projection::polynomial && !(s.degree == 1 || s.degree == 2); },
+         "projection polynomial with a degree other than 1 and 2",
+         "degree 0 is projection mass, and quadratic splines carry no more than degree 2"},
+        {[](const MethodSpec& s) { return s.gradient == Gradient::affine && (s.domain != Domain::point || !has_splines(s)); },
+         "gradient affine with a domain other than point or a basis other than splines",
+         "the affine matrix stands for the gradient of functions at a point, and hats leave it undetermined on a node"},
+        {[](const MethodSpec& s) { return s.gradient == Gradient::adjoint && s.basis == Basis::ddmpm; },
+         "gradient adjoint with basis ddmpm", "ddmpm is a choice of gradient itself: use basis hat"},
+        {[](const MethodSpec& s) { return s.update == Update::apic && s.projection != Projection::affine; },
+         "update apic with a projection other than affine",
+         "without the affine matrix it would lose all that nodes cannot hold: use projection affine"},
+        {[](const MethodSpec& s) { return (s.update == Update::polypic) != (s.projection == Projection::polynomial); },
+         "update polypic without projection polynomial, or the reverse", "the one finds the polynomials that the other spreads"},
+        {[](const MethodSpec& s) { return s.pic_fraction > 0 && s.update != Update::flip; },
+         "pic_fraction with an update other than flip", "apic and polypic take the node velocity whole"},
+        {[](const MethodSpec& s) { return s.quadrature == Quadrature::cell && s.mass == MassMatrix::consistent; },
+         "quadrature cell with mass consistent", "one point a cell leaves the matrix singular: use mass lumped"},
+        {[](const MethodSpec& s) { return s.cell_volume == CellVolume::filled && s.quadrature == Quadrature::particle; },
+         "cell_volume filled with quadrature particle", "particles have volumes of their own"},
+        {[](const MethodSpec& s) {
+             return s.mass == MassMatrix::consistent &&
+                    (s.projection == Projection::gradient_enhanced || s.projection == Projection::affine ||
+                     s.projection == Projection::polynomial);
+         },
+         "projection gradient-enhanced, affine or polynomial with mass consistent",
+         "particles leave the velocity of the node's place, which lumped mass gives back; the consistent matrix wants that of "
+         "their own: use projection mass"},
+        {[](const MethodSpec& s) { return s.tls != Tls::both && s.projection != Projection::tls; },
+         "tls velocity or stress with a projection other than tls", "it says what that projection reconstructs"},
+        {[](const MethodSpec& s) {
+             return s.projection == Projection::tls && s.tls != Tls::velocity && s.quadrature != Quadrature::gauss;
+         },
+         "projection tls with a quadrature other than gauss",
+         "the stress that it reconstructs is asked for at Gauss points: set quadrature to gauss, or tls to velocity"},
+        {[](const MethodSpec& s) { return s.projection == Projection::tls && s.quadrature == Quadrature::cell; },
+         "projection tls with quadrature cell", "mass would be that of two quadratures: set quadrature to gauss or particle"},
+        {[](const MethodSpec& s) {
+             const bool is_projected = s.gradient == Gradient::projected, has_stages = has_stages_of_runge_kutta(s);
+             return (s.quadrature == Quadrature::spline) != is_spline_fit(s) || is_projected != is_spline_fit(s) ||
+                    has_stages != is_spline_fit(s) || (s.mass == MassMatrix::lumped && is_spline_fit(s));
+         },
+         "projection spline-fit without quadrature spline, gradient projected, scheme rk3 or rk4 and mass consistent, or one of "
+         "these "
+         "three without it",
+         "they are one scheme: its fits and its gradient are each other's adjoint; use preset spline3, spline4 or spline5"},
+        {[](const MethodSpec& s) { return is_spline_fit(s) && s.domain != Domain::point; },
+         "projection spline-fit with a domain other than point", "splines are fitted to what particles have where they are"},
+        {[](const MethodSpec& s) {
+             return is_spline_fit(s) &&
+                    (s.basis == Basis::ddmpm || s.pic_fraction > 0 || s.start == Start::plain || s.update != Update::flip);
+         },
+         "projection spline-fit with basis ddmpm, pic_fraction, start plain or an update other than flip",
+         "its stages have velocities at the times of positions and particles that take the grid's acceleration; null_damping "
+         "damps"},
+        {[](const MethodSpec& s) { return (s.basis == Basis::bspline4 || s.basis == Basis::bspline5) && !is_spline_fit(s); },
+         "basis bspline4 or bspline5 with a projection other than spline-fit",
+         "sums over particles gain nothing from them: use bspline3"},
+        {[](const MethodSpec& s) {
+             const MethodSpec usual;
+             return !is_spline_fit(s) &&
+                    (s.stress_degree != usual.stress_degree || s.removed_knots != usual.removed_knots ||
+                     s.removed_stress_knots != usual.removed_stress_knots || s.null_damping != usual.null_damping);
+         },
+         "stress_degree, removed_knots, removed_stress_knots or null_damping with a projection other than spline-fit",
+         "they say what splines that projection fits"},
+    };
+    return rows;
+}
+
+const Rule* broken_rule(const MethodSpec& s)
+{
+    for (const Rule& r : rules())
+        if (r.forbids(s)) return &r;
+    return nullptr;
+}
+
+namespace {
+
+/// Taylor least squares of everything, on a basis.
+MethodSpec tls(Basis basis)
+{
+    return {.basis       = basis,
+            .projection  = Projection::tls,
+            .quadrature  = Quadrature::gauss,
+            .cell_volume = CellVolume::filled,
+            .mass        = MassMatrix::consistent,
+            .scheme      = Scheme::musl,
+            .degree      = 2};
+}
+
+/// Splines of this degree that fit the particles, the stress' of another.
+MethodSpec spline_fit(Basis basis, double stress_degree, double removed_knots, double removed_stress_knots, Scheme scheme)
+{
+    return {.basis                = basis,
+            .projection           = Projection::spline_fit,
+            .quadrature           = Quadrature::spline,
+            .mass                 = MassMatrix::consistent,
+            .gradient             = Gradient::projected,
+            .scheme               = scheme,
+            .stress_degree        = stress_degree,
+            .removed_knots        = removed_knots,
+            .removed_stress_knots = removed_stress_knots};
+}
+
+}  // namespace
+
+const std::vector<Preset>& presets()
+{
+    static const std::vector<Preset> rows = {
+        {"mpm", "the original material point method (Gong 2015, ch. 4)", {.domain = Domain::point}},
+        {"ugimp", "GIMP with domains of fixed size (Gong 2015, sec. 6.3)", {.domain = Domain::box}},
+        {"cpgimp", "GIMP with domains stretched along the axes (Gong 2015, sec. 6.3)", {.domain = Domain::stretched_box}},
+        {"cpdi1", "convected particle domains, parallelepipeds (Gong 2015, sec. 6.4)", {.domain = Domain::parallelepiped}},
+        {"cpdi2",
+         "convected particle domains, quadrilaterals and hexahedra (Gong 2015, sec. 6.5; Sadeghirad et al. 2013)",
+         {.domain = Domain::cell}},
+        {"cpdi2t", "convected particle domains, triangles and tetrahedra (Nguyen et al. 2017)", {.domain = Domain::simplex}},
+        {"cpdi2e",
+         "enriched cpdi2: cells at an interface between bodies carry degrees of freedom of their own (Sadeghirad et al. 2013)",
+         {.domain = Domain::cell, .enrichment = Enrichment::adjacent}},
+        {"fem",
+         "every corner enriched: updated-Lagrangian finite elements of one point, on the cells of cpdi2 (Sadeghirad et al. 2013)",
+         {.domain          = Domain::cell,
+          .weights         = CornerWeights::mean,
+          .enrichment      = Enrichment::all,
+          .corner_velocity = CornerVelocity::kept}},
+        {"bscpdi2",
+         "cpdi2 on quadratic splines: holds large shear on fine meshes best (docs/vortex.md)",
+         {.basis = Basis::bspline2, .domain = Domain::cell}},
+        {"impm",
+         "MLS velocity and one-point cell quadrature (Gong 2015, ch. 5)",
+         {.projection = Projection::mls, .quadrature = Quadrature::cell}},
+        {"impm-adjoint",
+         "impm with the particle gradient that is adjoint to its quadrature; second order where impm is not",
+         {.projection = Projection::mls, .quadrature = Quadrature::cell, .gradient = Gradient::adjoint}},
+        {"icpdi1",
+         "improved CPDI: cpdi1 with MLS velocity (Gong 2015, sec. 6.6)",
+         {.domain = Domain::parallelepiped, .projection = Projection::mls}},
+        {"icpdi2",
+         "improved CPDI: cpdi2 with MLS velocity (Gong 2015, sec. 6.6)",
+         {.domain = Domain::cell, .projection = Projection::mls}},
+        {"cpls",
+         "cpdi1 with improved MLS velocity from particles and corners (Tran et al. 2019)",
+         {.domain = Domain::parallelepiped, .projection = Projection::imls, .samples = Samples::corners}},
+        {"imls-mpm", "mpm with improved MLS velocity (Tran et al. 2019, Table 1)", {.projection = Projection::imls}},
+        {"mls-bsmpm",
+         "quadratic splines with MLS velocity (Tran et al. 2019, Table 1)",
+         {.basis = Basis::bspline2, .projection = Projection::mls, .scheme = Scheme::musl}},
+        {"wls",
+         "ugimp with weighted least squares (Tran et al. 2019, Table 1)",
+         {.domain = Domain::box, .projection = Projection::mls, .weight = Weight::quadratic}},
+        {"bsmpm",
+         "quadratic splines with a consistent mass matrix (Wobbes et al. 2020)",
+         {.basis = Basis::bspline2, .mass = MassMatrix::consistent, .scheme = Scheme::musl}},
+        {"ddmpm",
+         "dual domain gradient with a consistent mass matrix (Wobbes et al. 2020)",
+         {.basis = Basis::ddmpm, .mass = MassMatrix::consistent, .scheme = Scheme::musl}},
+        {"tls-mpm", "mpm with Taylor least squares (Wobbes et al. 2020)", tls(Basis::hat)},
+        {"tls-ddmpm", "ddmpm with Taylor least squares (Wobbes et al. 2020)", tls(Basis::ddmpm)},
+        {"tls-bsmpm", "bsmpm with Taylor least squares (Wobbes et al. 2020)", tls(Basis::bspline2)},
+        {"apic",
+         "affine particle-in-cell (Jiang et al. 2015)",
+         {.basis = Basis::bspline2, .projection = Projection::affine, .update = Update::apic}},
+        {"mls-mpm",
+         "apic with forces and gradients by the affine matrix (Hu et al. 2018)",
+         {.basis = Basis::bspline2, .projection = Projection::affine, .gradient = Gradient::affine, .update = Update::apic}},
+        {"polypic",
+         "polynomial particle-in-cell, multilinear (Fu et al. 2017)",
+         {.basis = Basis::bspline2, .projection = Projection::polynomial, .update = Update::polypic}},
+        {"spline3", "third order at large deformation: cubic splines fitted to particles, three stages (docs/high_order.md)",
+         spline_fit(Basis::bspline3, 3, 0, 0, Scheme::rk3)},
+        {"spline4", "fourth order: the same with stresses of degree 4 and four stages",
+         spline_fit(Basis::bspline3, 4, 0, 1, Scheme::rk4)},
+        {"spline5", "fourth order wherever particles lie: splines of degree 4, stresses of degree 5",
+         spline_fit(Basis::bspline4, 5, 1, 1, Scheme::rk4)},
+    };
+    return rows;
+}
+
+const Preset* find_preset(std::string_view name)
+{
+    for (const Preset& p : presets())
+        if (p.name == name) return &p;
+    return nullptr;
+}
+
+std::vector<std::string> preset_names()
+{
+    std::vector<std::string> names;
+    for (const Preset& p : presets()) names.emplace_back(p.name);
+    return names;
+}
+
+}  // namespace ordo

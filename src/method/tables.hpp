@@ -1,0 +1,130 @@
+// The tables of methods: names and sentences of choices, numbers, rules and presets. Input, error messages, `ordo list` and the
+// tests read them; kernels do not.
+#pragma once
+
+#include "method/spec.hpp"
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ordo {
+
+/// One choice of an axis: its value, its name in the input, a sentence.
+template <class E>
+struct Choice {
+    E value;
+    std::string_view name;
+    std::string_view what;
+};
+
+// The types of all axes.
+#define ORDO_AXES(AXIS) \
+    AXIS(Basis) \
+    AXIS(Domain) \
+    AXIS(CornerWeights) \
+    AXIS(Enrichment) \
+    AXIS(CornerVelocity) \
+    AXIS(Projection) \
+    AXIS(Weight) \
+    AXIS(Samples) \
+    AXIS(Tls) \
+    AXIS(Quadrature) \
+    AXIS(CellVolume) \
+    AXIS(MassMatrix) \
+    AXIS(Gradient) \
+    AXIS(Update) \
+    AXIS(Scheme) \
+    AXIS(Start)
+
+/// The choices of an axis, and what the axis decides. Rows are in tables.cpp.
+template <class E>
+struct Axis {
+    static const std::string_view key, what;
+    static const std::span<const Choice<E>> choices;
+};
+
+#define ORDO_AXIS(E) extern template struct Axis<E>;
+ORDO_AXES(ORDO_AXIS)
+#undef ORDO_AXIS
+
+template <class E>
+std::string_view name_of(E value)
+{
+    for (const auto& c : Axis<E>::choices)
+        if (c.value == value) return c.name;
+    return "?";
+}
+
+template <class E>
+std::vector<std::string> choice_names()
+{
+    std::vector<std::string> r;
+    for (const auto& c : Axis<E>::choices) r.emplace_back(c.name);
+    return r;
+}
+
+/// The choice called `name`, which the input's schema has checked. Throws InputError.
+template <class E>
+E parse_choice(std::string_view name);
+
+/// f(axis member) for each axis of a MethodSpec: the one list of axes.
+template <class F>
+void for_each_axis(F&& f)
+{
+    f(&MethodSpec::basis);
+    f(&MethodSpec::domain);
+    f(&MethodSpec::weights);
+    f(&MethodSpec::enrichment);
+    f(&MethodSpec::corner_velocity);
+    f(&MethodSpec::projection);
+    f(&MethodSpec::weight);
+    f(&MethodSpec::samples);
+    f(&MethodSpec::tls);
+    f(&MethodSpec::quadrature);
+    f(&MethodSpec::cell_volume);
+    f(&MethodSpec::mass);
+    f(&MethodSpec::gradient);
+    f(&MethodSpec::update);
+    f(&MethodSpec::scheme);
+    f(&MethodSpec::start);
+}
+
+/// A number of a method, beside its axes.
+struct Setting {
+    std::string_view name;
+    double MethodSpec::*value;
+    double min, max;
+    std::string_view what;
+    bool is_integer = false;
+};
+std::span<const Setting> settings();
+
+/// A combination that makes no sense, and why.
+struct Rule {
+    bool (*forbids)(const MethodSpec&);
+    std::string_view what;  ///< the combination, in names of choices
+    std::string_view why;
+};
+
+const std::vector<Rule>& rules();
+
+/// The rule that a combination breaks; null when it is allowed.
+const Rule* broken_rule(const MethodSpec& s);
+
+/// A named row of the table of methods.
+struct Preset {
+    std::string_view name;
+    std::string_view what;
+    MethodSpec spec;
+};
+
+/// The presets, in the order of `ordo list methods`.
+const std::vector<Preset>& presets();
+
+/// The row of this name; null where there is none.
+const Preset* find_preset(std::string_view name);
+std::vector<std::string> preset_names();
+
+}  // namespace ordo
