@@ -16,7 +16,6 @@ enum GatherPart : unsigned {
     kUpdateVelocity = 1u,  ///< v_p += sum phi dv_i (FLIP), or a part of it (PIC)
     kDeform         = 2u,  ///< F_p = (I + dt L_p) F_p; V_p = J V0; the stress follows, see stress.hpp
     kMove           = 4u,  ///< x_p += dt sum phi v_i; the domain follows F_p. Cells move otherwise, see move_corners
-    kDeformOfPast   = 8u,  ///< kDeform by the step that led here: x^n is its end, not its start
 };
 
 /// L from the gradients of the lanes of a node.
@@ -185,7 +184,7 @@ void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
             Mat<D, Lanes> dtL = nodes.velocity_gradients();
             if (s.keeps_gradient) store(s.p.L, b, dtL);
             dtL *= Lanes(s.dt);
-            if constexpr ((parts & kDeformOfPast) != 0) dtL = from_start(dtL);
+            if (s.is_past) dtL = from_start(dtL);
             deform(s, b, dtL, report);
         }
         if constexpr ((parts & kMove) != 0) {

@@ -22,6 +22,7 @@ struct Sweep {
     /// first; null where no law asks for them.
     Mat<D>* increments  = nullptr;
     int increment_first = 0;
+    bool is_past        = false;  ///< F follows the step that led here: x^n is its end, not its start
 };
 
 enum class Fault { none, not_finite, inverted, left_grid, domain_turned, domain_too_wide };

@@ -152,7 +152,7 @@ void Explicit<D>::step(State<D>& s, double dt) const
         copy(strain, nodes, s.tiles);
         constrain(s, strain, s.t_v);
         find_gradients(s, strain);
-        deform(s, passes_.deform_of_past, strain, s.dt_prev);  // F_p, sigma_p at t_n from v_i of the step that led here
+        deform(s, passes_.deform, strain, s.dt_prev, Deform::past);  // F_p, sigma_p at t_n from v_i of the step that led here
         evaluate_external_forces(s, s.t);
         add_forces(s, nodes, false);  // f_i <- sigma_p
     } else {
@@ -168,7 +168,8 @@ void Explicit<D>::step(State<D>& s, double dt) const
     switch (scheme) {
     case Scheme::usf:
         if (passes_.keep) gather(s, passes_.keep, nodes, dt);
-        gather(s, passes_.velocity_and_move, nodes, dt);
+        gather(s, passes_.update_velocity, nodes, dt);
+        if (passes_.move) gather(s, passes_.move, nodes, dt);
         break;
     case Scheme::usl:
         if (passes_.keep && !stores_gradient(model_.method)) gather(s, passes_.keep, nodes, dt);
@@ -468,9 +469,10 @@ void Explicit<D>::gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* no
 
 /// A gather that changes F, and the stresses that follow.
 template <int D>
-void Explicit<D>::deform(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt) const
+void Explicit<D>::deform(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt, Deform by) const
 {
-    const Sweep<D> view = sweep(s, nodes, dt);
+    Sweep<D> view = sweep(s, nodes, dt);
+    view.is_past  = by == Deform::past;
     gather_tiles(s, [&](const Tile& tile, TileReport& report) { update_stress_(pass, view, tile.begin, tile.end, report); });
 }
 

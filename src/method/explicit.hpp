@@ -46,6 +46,9 @@ class Explicit {
     void measure(StageTimes* times) { times_ = times; }
 
   private:
+    /// By the step to come, or by that which led here (USF).
+    enum class Deform { next, past };
+
     void arrange(State<D>& s) const;
     void finish_step(State<D>& s, double dt) const;
     void evaluate_external_forces(State<D>& s, double t) const;
@@ -63,7 +66,7 @@ class Explicit {
     void scatter(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const;
     void scatter_points(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const;
     void gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt) const;
-    void deform(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt) const;
+    void deform(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt, Deform by = Deform::next) const;
     template <class RunPass>
     void gather_tiles(State<D>& s, const RunPass& run) const;
     void constrain(State<D>& s, Lanes* nodes, double t) const;

@@ -72,10 +72,8 @@ struct Passes {
 
     Gather keep;               ///< what particles carry for the next projection; null where that is nothing
     Gather update_velocity;    ///< v_p
-    Gather deform;             ///< F_p, V_p of the step to come; the stress follows, see StressUpdate
-    Gather deform_of_past;     ///< F_p, V_p of the step that led here
+    Gather deform;             ///< F_p, V_p of the step to come, or of that which led here; the stress follows, see StressUpdate
     Gather move;               ///< x_p and domains; of cells nothing
-    Gather velocity_and_move;  ///< v_p, x_p and domains in one sweep
     Gather update_all;         ///< all in one sweep, L_p included
 
     void (*move_corners)(const Sweep<D>&, std::ptrdiff_t begin, std::ptrdiff_t end);  ///< x_c; null without cells

@@ -28,9 +28,7 @@ Passes<S::dim> passes_of_shape(const MethodSpec& spec)
     p.apply_mass        = apply_mass<S>;
     p.update_velocity   = gather<S, Evolution, kUpdateVelocity>;
     p.deform            = gather<S, Evolution, kDeform>;
-    p.deform_of_past    = gather<S, Evolution, kDeform | kDeformOfPast>;
     p.move              = gather<S, Evolution, kMove>;
-    p.velocity_and_move = gather<S, Evolution, kUpdateVelocity | kMove>;
     p.update_all        = gather<S, Evolution, kUpdateVelocity | kDeform | kMove>;
     p.evolve            = [](const Sweep<D>& s, int i) { Evolution::apply(s, Batch{i, 1}); };
     p.reach       = [](const Lattice<D>& g, const ParticleView<D>& view, int i) { return S::reach(g, view, Batch{i, 1})[0]; };
@@ -66,13 +64,12 @@ void add_points(const MethodSpec& spec, Passes<S::dim>& p)
 }
 
 /// The passes of cells: corners move, particles follow.
-template <int D, class Basis, bool is_exact, bool is_enriched>
+template <int D, class Basis, bool is_enriched>
 Passes<D> passes_of_cells(const MethodSpec& spec)
 {
-    using S             = Cell<D, Basis, is_exact, is_enriched>;
+    using S             = Cell<D, Basis, is_enriched>;
     Passes<D> p         = passes_of_shape<S, Basis, OfCorners<S>>(spec);
     p.move              = nullptr;
-    p.velocity_and_move = p.update_velocity;
     p.update_all        = gather<S, OfCorners<S>, kUpdateVelocity | kDeform>;
     p.move_corners      = move_corners<D, Basis, is_enriched>;
     p.follow_corners    = follow_corners<S>;
@@ -109,11 +106,7 @@ Passes<D> passes_of(const MethodSpec& spec)
         case Domain::parallelepiped: return passes_of_shape<Parallelepiped<D, Basis>, Basis, AffineEdges<D>>(spec);
         case Domain::cell:
         case Domain::simplex:
-            if (spec.weights == CornerWeights::exact)
-                return has_enrichment(spec) ? passes_of_cells<D, Basis, true, true>(spec)
-                                            : passes_of_cells<D, Basis, true, false>(spec);
-            return has_enrichment(spec) ? passes_of_cells<D, Basis, false, true>(spec)
-                                        : passes_of_cells<D, Basis, false, false>(spec);
+            return has_enrichment(spec) ? passes_of_cells<D, Basis, true>(spec) : passes_of_cells<D, Basis, false>(spec);
         }
         throw std::logic_error("passes_of: unhandled choice");
     }();

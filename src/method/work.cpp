@@ -219,7 +219,8 @@ class Counter {
         switch (method_.scheme) {
         case Scheme::usf:
             keep();
-            gather(kVelocity | kMove);
+            gather(kVelocity);
+            if (passes_.move) gather(kMove);
             break;
         case Scheme::usl:
             if (!stores_gradient(method_)) keep();

@@ -187,7 +187,7 @@ static_assert(Shape<Parallelepiped<2, Hat>>);
 /// are integrals over the cell, or their mean (Sadeghirad et al. 2013); gradients are exact means. V_p is the volume of the
 /// cell: with J V0 uniform stress would leave forces inside. With `is_enriched` corners may be nodes of their own (Sadeghirad
 /// et al. 2013, sec. 4).
-template <int D, class Basis, bool is_exact, bool is_enriched = false>
+template <int D, class Basis, bool is_enriched = false>
 struct Cell {
     static constexpr int dim          = D;
     static constexpr int corner_count = 1 << D;
@@ -202,12 +202,10 @@ struct Cell {
             if (g.periodic[a])
                 for (Vec<D>& c : x) c[a] -= p.turns[i][a] * (g.cells[a] * g.h[a]);
     }
-    ORDO_FLAT static CellWeights<D> weights(const ParticleView<D>& p, int i, const Vec<D> (&x)[corner_count])
+    /// Called, not inlined: the sixteen numbers or more are stored anyway, and each pass would compile both of them.
+    ORDO_HD ORDO_CALL static CellWeights<D> weights(const ParticleView<D>& p, int i, const Vec<D> (&x)[corner_count])
     {
-        if constexpr (is_exact)
-            return exact_weights<D>(x, p.cell[i].is_simplex());
-        else
-            return mean_weights<D>(x, p.cell[i].is_simplex());
+        return p.has_mean_weights ? mean_weights<D>(x, p.cell[i].is_simplex()) : exact_weights<D>(x, p.cell[i].is_simplex());
     }
 
     /// Not a number where the cell has turned over or folded.
@@ -312,6 +310,6 @@ struct Cell {
         });
     }
 };
-static_assert(Shape<Cell<2, Hat, true>>);
+static_assert(Shape<Cell<2, Hat>>);
 
 }  // namespace ordo
