@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # The gate, which CI runs (.ci/run): sets a fresh Debian/Ubuntu machine up, then at most 20 minutes on two cores with an empty
-# ccache. Static checks; one checked build (contracts on, warnings are errors) with all unit and pass tests, the program from
-# outside, the quick studies of verification and the sweep near presets; the release build, which runs the begin of every case.
-# The last lines are ctest's. Everything else is in scripts/nightly.sh.
+# ccache. Static checks; one checked build (contracts on, warnings are errors) and all tests with it, clang-tidy and headers of
+# what changed; the release build and the begin of every case with it. The last lines are ctest's. Other compilers, instructions
+# and sanitizers are in scripts/nightly.sh.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 source scripts/packages.sh

@@ -17,7 +17,8 @@
 // For the small tensor operations in particle loops: left alone, the compiler calls them (measured: 60 % of a gather).
 // Not under the address sanitizer, whose builds would take minutes a file, nor with ORDO_FLATTEN=OFF: -O1 without takes 12 s for
 // passes_hat.cpp instead of 35 s.
-#if defined(__GNUC__) && !defined(__CUDACC__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__) && !defined(ORDO_NO_FLATTEN)
+#if defined(__GNUC__) && !defined(__CUDACC__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(ORDO_NO_FLATTEN)
 #define ORDO_FLAT ORDO_HD __attribute__((always_inline))
 #else
 #define ORDO_FLAT ORDO_HD
