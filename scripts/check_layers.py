@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""Checks that src/ keeps its layers: base < {grid, particles, material} < shape < kernels < method < io <
+"""Checks that src/ keeps its layers: base < {grid, particles, material, solve} < shape < kernels < method < io <
 verification < app.
 
-A file includes its own layer and those below it; grid, particles and material do not include each other. Below io no
+A file includes its own layer and those below it; grid, particles, material and solve do not include each other. Below io no
 header includes fmt, CLI11, toml++, muParser, nlohmann-json or Eigen (method/*.cpp may use fmt and Eigen); only base/parallel.hpp knows OpenMP; a
 header starts with a comment and has #pragma once. One line a fault on stdout, exit 1 if there is any.
 """
@@ -12,9 +12,9 @@ import sys
 from pathlib import Path
 
 BELOW = {"base": set()}
-for name in ("grid", "particles", "material"):
+for name in ("grid", "particles", "material", "solve"):
     BELOW[name] = {"base"}
-BELOW["shape"] = {"base", "grid", "particles", "material"}
+BELOW["shape"] = {"base", "grid", "particles", "material", "solve"}
 BELOW["kernels"] = BELOW["shape"] | {"shape"}
 BELOW["method"] = BELOW["kernels"] | {"kernels"}
 BELOW["io"] = BELOW["method"] | {"method"}

@@ -117,18 +117,9 @@ State<D> Explicit<D>::start_deformed(Particles<D> particles) const
 template <int D>
 void Explicit<D>::step(State<D>& s, double dt) const
 {
-    const Scheme scheme = model_.method.scheme;
     ORDO_EXPECT(dt > 0);
     if (splines_) {
-        arrange(s);
-        s.projection.fit = {};
-        splines_->step(
-            model_, s, dt, [&](double t) { evaluate_external_forces(s, t); }, times_);
-        if (times_) {
-            for (const long n : s.spline.iterations) times_->mass_iterations += n;
-            times_->mass_solves += static_cast<long>(s.spline.iterations.size()) * stages_of(scheme);
-        }
-        finish_step(s, dt);
+        step_splines(s, dt);
         return;
     }
     if (s.n == 0 && model_.method.start == Start::plain) {  // as if a step had led here
@@ -140,44 +131,71 @@ void Explicit<D>::step(State<D>& s, double dt) const
 
     arrange(s);
     Lanes* nodes  = s.nodes.data();
-    Lanes* strain = scheme == Scheme::usl ? nodes : s.strain_nodes.data();
+    Lanes* strain = model_.method.scheme == Scheme::usl ? nodes : s.strain_nodes.data();
 
     clear_nodes(s, nodes);
-    s.projection.fit    = {};
-    bool has_velocities = true;
-    if (scheme == Scheme::usf) {
-        project(s, nodes);     // m_i, (m v)_i <- particles
-        velocities(s, nodes);  // v_i
-        s.halo.copy(nodes);
-        copy(strain, nodes, s.tiles);
-        constrain(s, strain, s.t_v);
-        find_gradients(s, strain);
-        deform(s, passes_.deform, strain, s.dt_prev, Deform::past);  // F_p, sigma_p at t_n from v_i of the step that led here
-        evaluate_external_forces(s, s.t);
-        add_forces(s, nodes, false);  // f_i <- sigma_p
-    } else {
-        evaluate_external_forces(s, s.t);
-        has_velocities = project_and_force(s, nodes);  // m_i, (m v)_i or v_i, f_i <- particles
-    }
+    s.projection.fit          = {};
+    const bool has_velocities = find_forces(s, nodes, strain);  // m_i, (m v)_i or v_i, f_i <- particles
     if (s.projection.is_wanted) report_projection(s, nodes, has_velocities);
     advance(s, nodes, dt_kick, t_kicked, has_velocities);  // v_i; a_i = f_i/m_i + g; v_i += dt a_i
     constrain(s, nodes, t_kicked);
     if (keeps_corner_velocity(model_.method)) keep_velocities(s, nodes);
 
-    // Last the motion, so that every phi before it is at x_n.
-    switch (scheme) {
-    case Scheme::usf:
-        if (passes_.keep) gather(s, passes_.keep, nodes, dt);
-        gather(s, passes_.update_velocity, nodes, dt);
-        if (passes_.move) gather(s, passes_.move, nodes, dt);
-        break;
-    case Scheme::usl:
+    update_particles(s, nodes, strain, dt, t_kicked);
+    if (passes_.move_corners) move_corners(s, nodes, dt);  // cells: x_c, then x_p and V_p
+    s.t_v = t_kicked;
+    finish_step(s, dt);
+}
+
+/// A step of projection spline-fit, whose stages are its own.
+template <int D>
+void Explicit<D>::step_splines(State<D>& s, double dt) const
+{
+    arrange(s);
+    s.projection.fit = {};
+    splines_->step(
+        model_, s, dt, [&](double t) { evaluate_external_forces(s, t); }, times_);
+    if (times_) {
+        for (const long n : s.spline.iterations) times_->mass_iterations += n;
+        times_->mass_solves += static_cast<long>(s.spline.iterations.size()) * stages_of(model_.method.scheme);
+    }
+    finish_step(s, dt);
+}
+
+/// What nodes have before the kick; USF updates the stress first. True where they have velocities already instead of momenta.
+template <int D>
+bool Explicit<D>::find_forces(State<D>& s, Lanes* nodes, Lanes* strain) const
+{
+    if (model_.method.scheme != Scheme::usf) {
+        evaluate_external_forces(s, s.t);
+        return project_and_force(s, nodes);
+    }
+    project(s, nodes);     // m_i, (m v)_i <- particles
+    velocities(s, nodes);  // v_i
+    s.halo.copy(nodes);
+    copy(strain, nodes, s.tiles);
+    constrain(s, strain, s.t_v);
+    find_gradients(s, strain);
+    deform(s, passes_.deform, strain, s.dt_prev, Deform::past);  // F_p, sigma_p at t_n from v_i of the step that led here
+    evaluate_external_forces(s, s.t);
+    add_forces(s, nodes, false);  // f_i <- sigma_p
+    return true;
+}
+
+/// v_p, F_p, sigma_p and x_p from the kicked nodes. The motion comes last, so that every phi before it is at x_n.
+template <int D>
+void Explicit<D>::update_particles(State<D>& s, Lanes* nodes, Lanes* strain, double dt, double t_kicked) const
+{
+    const Scheme scheme = model_.method.scheme;
+    if (scheme == Scheme::usl) {
         if (passes_.keep && !stores_gradient(model_.method)) gather(s, passes_.keep, nodes, dt);
         find_gradients(s, nodes);
         deform(s, passes_.update_all, nodes, dt);
-        break;
-    case Scheme::musl:
-        gather(s, passes_.update_velocity, nodes, dt);  // v_p <- a_i
+        return;
+    }
+    if (scheme == Scheme::usf && passes_.keep) gather(s, passes_.keep, nodes, dt);
+    gather(s, passes_.update_velocity, nodes, dt);  // v_p <- a_i
+    if (scheme == Scheme::musl) {
         if (passes_.keep) gather(s, passes_.keep, nodes, dt);
         clear_nodes(s, strain);
         project(s, strain);  // the same nodes again, with the new v_p
@@ -185,14 +203,8 @@ void Explicit<D>::step(State<D>& s, double dt) const
         constrain(s, strain, t_kicked);
         find_gradients(s, strain);
         deform(s, passes_.deform, strain, dt);  // F_p, sigma_p from the remapped velocity
-        if (passes_.move) gather(s, passes_.move, nodes, dt);
-        break;
-    case Scheme::rk3:
-    case Scheme::rk4: break;  // of splines
     }
-    if (passes_.move_corners) move_corners(s, nodes, dt);  // cells: x_c, then x_p and V_p
-    s.t_v = t_kicked;
-    finish_step(s, dt);
+    if (passes_.move) gather(s, passes_.move, nodes, dt);
 }
 
 /// Times of what the step has changed.

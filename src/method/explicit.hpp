@@ -50,6 +50,9 @@ class Explicit {
     enum class Deform { next, past };
 
     void arrange(State<D>& s) const;
+    void step_splines(State<D>& s, double dt) const;
+    bool find_forces(State<D>& s, Lanes* nodes, Lanes* strain) const;
+    void update_particles(State<D>& s, Lanes* nodes, Lanes* strain, double dt, double t_kicked) const;
     void finish_step(State<D>& s, double dt) const;
     void evaluate_external_forces(State<D>& s, double t) const;
     void clear_nodes(State<D>& s, Lanes* nodes) const;

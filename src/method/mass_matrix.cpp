@@ -1,6 +1,7 @@
 #include "method/mass_matrix.hpp"
 
 #include "kernels/nodes.hpp"
+#include "solve/conjugate_gradients.hpp"
 
 #include <fmt/format.h>
 
@@ -58,13 +59,6 @@ bool is_finite(const Lanes& norm, const std::vector<int>& lanes)
 bool is_below(const Lanes& norm, double part, const Lanes& whole, const std::vector<int>& lanes)
 {
     return std::all_of(lanes.begin(), lanes.end(), [&](int a) { return norm[a] <= part * part * whole[a]; });
-}
-/// a/b, or 0 where b is not positive.
-Lanes ratio(const Lanes& a, const Lanes& b)
-{
-    Lanes r{};
-    for (int k = 0; k < NodeLane::end; ++k) r[k] = b[k] > 0 ? a[k] / b[k] : 0.0;
-    return r;
 }
 
 }  // namespace
@@ -338,16 +332,26 @@ void MassSolver<D>::solve(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, cons
     const Components c(parts);
     prepare(s, sweep, nodes);
     set_first(s, nodes, known, c);
-    Norms norms      = find_residual(s, sweep, nodes, c);
-    MassSystem<D>& m = s.mass;
-    Lanes rz{};
-    auto is_going = [&] { return is_finite(norms.r, c.lanes) && !is_below(norms.r, tolerance, norms.b, c.lanes); };
-    for (iterations_ = 0; iterations_ < max_iterations && is_going(); ++iterations_) {
-        const Lanes next = precondition(s), beta = ratio(next, rz);
-        rz = next;
-        for_each_row(m.rows, [&](int i) { m.p[i] = m.q[i] + m.p[i] * beta; });
-        norms.r = advance(s, nodes, ratio(rz, multiply_direction(s, sweep)));
-    }
+    Norms norms = find_residual(s, sweep, nodes, c);
+    struct System {
+        const MassSolver& solver;
+        State<D>& s;
+        const Sweep<D>& sweep;
+        Lanes* nodes;
+        const Components& c;
+        Norms& norms;
+
+        bool is_done() const { return !is_finite(norms.r, c.lanes) || is_below(norms.r, tolerance, norms.b, c.lanes); }
+        Lanes precondition() { return solver.precondition(s); }
+        void turn(const Lanes& beta)
+        {
+            MassSystem<D>& m = s.mass;
+            for_each_row(m.rows, [&](int i) { m.p[i] = m.q[i] + m.p[i] * beta; });
+        }
+        Lanes multiply() { return solver.multiply_direction(s, sweep); }
+        void advance(const Lanes& alpha) { norms.r = solver.advance(s, nodes, alpha); }
+    };
+    iterations_ = conjugate_gradients(System{*this, s, sweep, nodes, c, norms}, max_iterations);
     if (is_finite(norms.r, c.lanes) && !is_below(norms.r, bearable, norms.b, c.lanes))  // else the particles will tell
         throw NumericalError(fmt::format(
             "step {}, t = {:.6g} s: the consistent mass matrix was not solved in {} iterations: particles are too few for its "

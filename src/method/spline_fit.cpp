@@ -1,6 +1,7 @@
 // Fits of splines to particles, and the systems of SplineScheme.
 #include "method/place.hpp"
 #include "method/spline_parts.hpp"
+#include "solve/conjugate_gradients.hpp"
 
 #include <fmt/format.h>
 
@@ -19,15 +20,6 @@ Lanes square_root(const Lanes& a)
 {
     Lanes r(0.0);
     for (int k = 0; k < 8; ++k) r[k] = std::sqrt(a[k]);
-    return r;
-}
-
-/// a/b in the lanes where b is positive, else 0.
-Lanes quotient(const Lanes& a, const Lanes& b)
-{
-    Lanes r(0.0);
-    for (int k = 0; k < 8; ++k)
-        if (b[k] > 0) r[k] = a[k] / b[k];
     return r;
 }
 
@@ -100,30 +92,97 @@ void SplineScheme<D>::precondition(State<D>& s, const System& system) const
     if (!system.is_exact) parallel_for_each(n, [&](std::ptrdiff_t i) { work.z[i] *= work.scale[i]; });
 }
 
+/// A x = b of splines for conjugate_gradients; `work.sums` has the sums of rows.
+template <int D>
+struct SplineScheme<D>::Conjugate {
+    static constexpr double tolerance = 1e-13;
+
+    const SplineScheme& scheme;
+    State<D>& s;
+    const System& system;
+    Lanes* x;
+    SplineWork<D>& work;
+    std::size_t functions;
+    std::ptrdiff_t n;
+    Lanes whole;  ///< the size of b
+
+    Lanes dot(const Lanes* one, const Lanes* other) const
+    {
+        return parallel_reduce(
+            n, Lanes(0.0), [&](std::ptrdiff_t i) { return one[i] * other[i]; }, add);
+    }
+    Lanes size(const Lanes* of) const
+    {
+        return parallel_reduce(
+            n, Lanes(0.0), [&](std::ptrdiff_t i) { return quotient(of[i] * of[i], work.sums[i]); }, add);
+    }
+    /// q = A times `from`.
+    void product(const Lanes* from)
+    {
+        clear(work.q, functions);
+        system.multiply(from, work.q.data());
+        if (system.ghost) system.ghost->multiply(system.ghost_weight, from, work.q.data());
+        scheme.hold(system, work.q.data());
+    }
+    /// r = b - A x.
+    void start(Lanes* b)
+    {
+        scheme.hold(system, b);
+        scheme.hold(system, x);
+        product(x);
+        parallel_for_each(n, [&](std::ptrdiff_t i) { work.r[i] = b[i] - work.q[i]; });
+        whole = larger(size(b), size(work.r.data()));  // where b is zero, x need not be
+        clear(work.p, functions);
+    }
+
+    bool is_done() const
+    {
+        const Lanes left = size(work.r.data());
+        for (int k = 0; k < 8; ++k)
+            if (!(left[k] <= tolerance * tolerance * whole[k])) return false;
+        return true;
+    }
+    Lanes precondition()
+    {
+        scheme.precondition(s, system);
+        return dot(work.r.data(), work.z.data());
+    }
+    void turn(const Lanes& beta)
+    {
+        parallel_for_each(n, [&](std::ptrdiff_t i) { work.p[i] = work.z[i] + work.p[i] * beta; });
+    }
+    Lanes multiply()
+    {
+        product(work.p.data());
+        return dot(work.p.data(), work.q.data());
+    }
+    void advance(const Lanes& alpha)
+    {
+        parallel_for_each(n, [&](std::ptrdiff_t i) {
+            x[i] += work.p[i] * alpha;
+            work.r[i] -= work.q[i] * alpha;
+        });
+    }
+    /// The function whose residual is the largest.
+    std::size_t worst() const
+    {
+        auto part         = [&](std::size_t i) { return largest(quotient(fabs(work.r[i]), work.sums[i])); };
+        std::size_t found = 0;
+        for (std::size_t i = 0; i < functions; ++i)
+            if (part(i) > part(found)) found = i;
+        return found;
+    }
+};
+
 /// A x = b by conjugate gradients from the x that is given, lane by lane; b is lost. `work.sums` has the sums of rows.
 template <int D>
 void SplineScheme<D>::solve(const Model<D>& model, State<D>& s, const System& system, Lanes* x, Lanes* b) const
 {
-    constexpr double tolerance  = 1e-13;
     const int most              = system.ghost ? 3000 : 200;
     SplineWork<D>& work         = s.spline;
     const std::size_t functions = system.space.count();
     const auto n                = static_cast<std::ptrdiff_t>(functions);
     for (Array<Lanes>* array : {&work.r, &work.z, &work.p, &work.q, &work.scale}) keep_room(*array, functions);
-    auto product = [&](const Lanes* from) {
-        clear(work.q, functions);
-        system.multiply(from, work.q.data());
-        if (system.ghost) system.ghost->multiply(system.ghost_weight, from, work.q.data());
-        hold(system, work.q.data());
-    };
-    auto dot = [&](const Lanes* one, const Lanes* other) {
-        return parallel_reduce(
-            n, Lanes(0.0), [&](std::ptrdiff_t i) { return one[i] * other[i]; }, add);
-    };
-    auto size = [&](const Lanes* of) {
-        return parallel_reduce(
-            n, Lanes(0.0), [&](std::ptrdiff_t i) { return quotient(of[i] * of[i], work.sums[i]); }, add);
-    };
     if (system.ghost)  // where no particle is, residuals count by the penalty
         parallel_for_each(n, [&](std::ptrdiff_t i) { work.sums[i] = larger(work.sums[i], system.ghost_weight); });
     else if (!system.is_exact)
@@ -132,41 +191,15 @@ void SplineScheme<D>::solve(const Model<D>& model, State<D>& s, const System& sy
             work.scale[i]      = square_root(quotient(Lanes(1.0), work.sums[i] * (1 / whole))) * (1 / std::sqrt(cell_volume_));
         });
 
-    hold(system, b);
-    hold(system, x);
-    product(x);
-    parallel_for_each(n, [&](std::ptrdiff_t i) { work.r[i] = b[i] - work.q[i]; });
-    const Lanes whole = larger(size(b), size(work.r.data()));  // where b is zero, x need not be
-    auto is_done      = [&] {
-        const Lanes left = size(work.r.data());
-        for (int k = 0; k < 8; ++k)
-            if (!(left[k] <= tolerance * tolerance * whole[k])) return false;
-        return true;
-    };
-    Lanes before(0.0);
-    for (int k = 0; !is_done(); ++k) {
-        if (k == most) {
-            std::size_t worst = 0;
-            for (std::size_t i = 0; i < functions; ++i)
-                if (largest(quotient(fabs(work.r[i]), work.sums[i])) > largest(quotient(fabs(work.r[worst]), work.sums[worst])))
-                    worst = i;
-            throw NumericalError(fmt::format("step {}, t = {:.6g} s: {} near {} does not converge in {} iterations: particles "
-                                             "hardly determine the splines there; more particles a cell may help",
-                                             s.n, s.t, system.what, place_text(place_of(model, system.space.center(worst))),
-                                             most));
-        }
-        precondition(s, system);
-        const Lanes now = dot(work.r.data(), work.z.data()), beta = quotient(now, before);
-        parallel_for_each(n, [&](std::ptrdiff_t i) { work.p[i] = k == 0 ? work.z[i] : work.z[i] + work.p[i] * beta; });
-        product(work.p.data());
-        const Lanes alpha = quotient(now, dot(work.p.data(), work.q.data()));
-        parallel_for_each(n, [&](std::ptrdiff_t i) {
-            x[i] += work.p[i] * alpha;
-            work.r[i] -= work.q[i] * alpha;
-        });
-        before = now;
-        ++work.iterations[system.solve];
-    }
+    Conjugate vectors{*this, s, system, x, work, functions, n, Lanes(0.0)};
+    vectors.start(b);
+    const int iterations = conjugate_gradients(vectors, most);
+    work.iterations[system.solve] += iterations;
+    if (iterations < most || vectors.is_done()) return;
+    throw NumericalError(fmt::format("step {}, t = {:.6g} s: {} near {} does not converge in {} iterations: particles "
+                                     "hardly determine the splines there; more particles a cell may help",
+                                     s.n, s.t, system.what, place_text(place_of(model, system.space.center(vectors.worst()))),
+                                     most));
 }
 
 /// Functions whose particles fill their integral to less than a part, or that others determine already, are none that a fit could

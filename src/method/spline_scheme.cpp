@@ -82,12 +82,12 @@ void require_spline_model(const Model<D>& model)
                 "grid: {} cells along {} are too few for splines without {} knots next to each wall; there must be {}",
                 model.cells[a], "xyz"[a], least / 2, least));
     for (const Material& m : model.materials)
-        if (m != model.materials[0])
-            throw InputError(only + "takes bodies of one material: splines do not follow a jump of density or stress; use cpdi2");
-    for (const Material& m : model.materials)
         if (!m.law->in<D>().stress_rate)
             throw InputError(only +
                              "takes no material with history: the stages of a step would need it several times; use cpdi2");
+    for (const Material& m : model.materials)
+        if (m != model.materials[0])
+            throw InputError(only + "takes bodies of one material: splines do not follow a jump of density or stress; use cpdi2");
     if (!model.tractions.empty()) throw InputError(only + "takes no [[traction]]: use cpdi2");
     if (!model.surface.empty() && model.method.basis == Basis::hat)
         throw InputError(only + "takes bodies with free surfaces with basis bspline2 to bspline5: with hats waves grow there");

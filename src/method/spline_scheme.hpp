@@ -76,6 +76,7 @@ class SplineScheme {
     };
     /// A symmetric positive definite system of functions, eight right-hand sides at a time.
     struct System;
+    struct Conjugate;
     using Factors = std::array<Banded<Lanes>, D>;
 
     void sort(const Model<D>& model, State<D>& s) const;

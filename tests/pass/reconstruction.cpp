@@ -19,6 +19,14 @@
 namespace ordo {
 namespace {
 
+/// Taylor least squares of everything, on a basis.
+MethodSpec tls(Basis basis)
+{
+    MethodSpec spec = find_preset("tls-mpm")->spec;
+    spec.basis      = basis;
+    return spec;
+}
+
 using test::Random;
 using test::uniform;
 

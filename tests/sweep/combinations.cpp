@@ -217,10 +217,10 @@ void check_linear_velocity(const MethodSpec& spec)
     };
     const std::vector<Vec<D>> x(p.x, p.x + p.count), corners(s.particles.corner.begin(), s.particles.corner.end());
     check_F(passes.deform, forward);
-    check_F(passes.update_all, forward);
     view.is_past = true;
     check_F(passes.deform, past);
     view.is_past = false;
+    check_F(passes.update_all, forward);
     if (passes.move_corners) {
         passes.move_corners(view, 0, static_cast<std::ptrdiff_t>(corners.size()));
         passes.follow_corners(view, 0, p.count, report);

@@ -19,7 +19,8 @@ struct OneParticle {
     static constexpr int cells = 12;
     MethodSpec spec;
     Lattice<D> lattice;
-    Particles<D> p{1, FieldGroups{.box = true, .corners = true, .cells = true}};
+    Particles<D> p{1,
+                   FieldGroups{.box = true, .corners = true, .cells = true, .mean_weights = spec.weights == CornerWeights::mean}};
     Array<Lanes> nodes;  ///< with mass where the grid is
 
     static Vec<D> spacing()
@@ -259,7 +260,7 @@ TEST(Shapes, CellsOutsideThePeriodAreTheSame)
                 for (int a = 0; a < 2; ++a) c[a] += turns[a] * one.cells * one.lattice.h[a];
             std::map<std::ptrdiff_t, double> outside;
             Cell<2, BSpline<2>>::for_each_node(one.lattice, p, 0, nullptr,
-                                                     [&](std::ptrdiff_t node, double w, const Vec<2>&) { outside[node] += w; });
+                                               [&](std::ptrdiff_t node, double w, const Vec<2>&) { outside[node] += w; });
             for (const auto& entry : inside) EXPECT_NEAR(entry.second.w, outside[entry.first], 1e-12);
             EXPECT_NEAR((Cell<2, BSpline<2>>::reach(one.lattice, p, Batch{0, 1})[0]), reach, 1e-12);
         }

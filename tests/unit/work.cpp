@@ -82,9 +82,9 @@ TEST(Work, TrafficOfMpm)
     Stepped<3> block(spec_of("mpm"));
     const StepWork work = block.work();
     const double nodes  = 5 * 5 * 5;
-    EXPECT_EQ(work.stages[StageTimes::scatter].bytes, (2 * 24 + 2 * 8 + 72) * block.particles() + 2 * 64 * nodes);
+    EXPECT_EQ(work.stages[StageTimes::scatter].bytes, (2 * 24 + 2 * 8 + 48) * block.particles() + 2 * 64 * nodes);
     EXPECT_EQ(work.stages[StageTimes::gather].bytes,
-              (2 * 24 + 2 * 24 + 2 * 72 + 72 + 8 + 8 + 4) * block.particles() + 64 * nodes);
+              (2 * 24 + 2 * 24 + 2 * 72 + 48 + 8 + 8 + 4) * block.particles() + 64 * nodes);
 }
 
 /// A sample of cpls meets 4^D targets, with a record of ceil(numbers/8) Lanes each, and there are 9 samples.

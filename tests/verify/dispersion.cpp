@@ -2,6 +2,7 @@
 #include "method/courant.hpp"
 #include "method/diagnostics.hpp"
 #include "method/planting.hpp"
+#include "method/tables.hpp"
 #include "verification/energy_balance.hpp"
 #include "verification/lattice_operator.hpp"
 
