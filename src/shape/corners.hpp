@@ -202,10 +202,11 @@ struct Cell {
             if (g.periodic[a])
                 for (Vec<D>& c : x) c[a] -= p.turns[i][a] * (g.cells[a] * g.h[a]);
     }
-    /// Called, not inlined: the sixteen numbers or more are stored anyway, and each pass would compile both of them.
-    ORDO_HD ORDO_CALL static CellWeights<D> weights(const ParticleView<D>& p, int i, const Vec<D> (&x)[corner_count])
+    /// The choice of weights is a branch a particle, not a template: it costs nothing (measured), and passes of their own for mean
+    /// weights would double the time to compile those of cells.
+    ORDO_FLAT static CellWeights<D> weights(const ParticleView<D>& p, int i, const Vec<D> (&x)[corner_count])
     {
-        return p.has_mean_weights ? mean_weights<D>(x, p.cell[i].is_simplex()) : exact_weights<D>(x, p.cell[i].is_simplex());
+        return cell_weights<D>(x, p.cell[i].is_simplex(), !p.has_mean_weights);
     }
 
     /// Not a number where the cell has turned over or folded.
