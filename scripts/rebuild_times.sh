@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 
 # What is changed, and one file that stands for it.
 changes=(
-  "a material law|src/material/material.hpp"
+  "a material law|src/material/neo_hookean.hpp"
   "a choice or preset in the tables of methods|src/method/tables.cpp"
   "the hats|src/shape/hat.hpp"
   "a verification case|src/verification/bars.cpp"

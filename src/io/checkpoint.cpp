@@ -20,7 +20,7 @@ namespace ordo::io {
 
 namespace {
 
-constexpr int kFormat             = 2;    ///< of the file; to be raised with every change of what is in it
+constexpr int kFormat             = 3;    ///< of the file; to be raised with every change of what is in it
 constexpr std::size_t kHead       = 512;  ///< bytes of text before HDF5 begins, a user block in its terms
 constexpr std::string_view kFirst = "ordo checkpoint\n";
 
