@@ -206,7 +206,7 @@ void move_corners(const Sweep<D>& sweep, std::ptrdiff_t begin, std::ptrdiff_t en
     const Sweep<D> s = sweep;
     for (std::ptrdiff_t c = begin; c < end; ++c) {
         if constexpr (is_enriched)
-            if (const std::ptrdiff_t own = s.p.corner_node[c]; own >= 0) {
+            if (const std::ptrdiff_t own = s.p.corner_node ? s.p.corner_node[c] : -1; own >= 0) {
                 for (int a = 0; a < D; ++a) s.p.corner[c][a] += s.dt * s.nodes[own][NodeLane::velocity + a];
                 continue;
             }

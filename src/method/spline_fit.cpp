@@ -202,8 +202,7 @@ void SplineScheme<D>::solve(const Model<D>& model, State<D>& s, const System& sy
                                      most));
 }
 
-/// Functions whose particles fill their integral to less than a part, or that others determine already, are none that a fit could
-/// find.
+/// Throws where a function cannot be fitted: it has too few particles in its support, or depends linearly on others.
 template <int D>
 void SplineScheme<D>::require_enough(const Model<D>& model, State<D>& s, const System& system, const Lanes& unit,
                                      int singular) const

@@ -350,7 +350,7 @@ void SplineScheme<D>::step(const Model<D>& model, State<D>& s, double dt, const 
         if (k == 0) {
             show(model, s);
             if (s.projection.is_wanted) report(s);
-            // What no spline holds nothing else damps. The fit stays the same: that of v_h(x_p) is v_h.
+            // Nothing else damps the velocity outside the spline space. The fit stays the same: that of v_h(x_p) is v_h.
             parallel_for_each(p.count,
                               [&](std::ptrdiff_t i) { work.v0[i] -= model.method.null_damping * (work.v0[i] - work.v_at[i]); });
         }

@@ -209,8 +209,7 @@ FieldGroups field_groups(const Model<D>& model)
     g.corner_samples  = g.cells && model.method.samples == Samples::corners;
     g.corner_velocity = g.corner_samples || keeps_corner_velocity(model.method);
     for (int a = 0; a < D; ++a) g.periodic = g.periodic || model.periodic[a];
-    g.mean_weights = model.method.weights == CornerWeights::mean;
-    g.history      = history_columns(model.materials);
+    g.history    = history_columns(model.materials);
     g.body_force = static_cast<bool>(model.body_force_kernel);
     for (const auto& b : model.body_forces) g.body_force = g.body_force || !is_zero<D>(b);
     return g;

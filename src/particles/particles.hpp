@@ -57,18 +57,17 @@ struct Modes {
 
 /// Groups of fields beyond those that every method needs.
 struct FieldGroups {
-    static constexpr bool always = true;
-    bool box                     = false;
-    bool corners                 = false;
-    bool cells                   = false;
-    bool traction                = false;
-    bool body_force              = false;
-    bool gradient                = false;
-    bool modes                   = false;
-    bool corner_samples          = false;
-    bool corner_velocity         = false;  ///< of corners, no field of particles
-    bool periodic                = false;
-    bool mean_weights            = false;  ///< of the corners of cells; else integrals. No field of particles
+    static constexpr bool always     = true;
+    bool box                         = false;
+    bool corners                     = false;
+    bool cells                       = false;
+    bool traction                    = false;
+    bool body_force                  = false;
+    bool gradient                    = false;
+    bool modes                       = false;
+    bool corner_samples              = false;
+    bool corner_velocity             = false;  ///< of corners, no field of particles
+    bool periodic                    = false;
     std::vector<std::string> history = {};  ///< names of the columns that laws carry, see Material
 };
 
@@ -84,7 +83,6 @@ struct ParticleView {
     Vec<D>* corner_velocity;      ///< their velocities, m/s; null where they have none of their own
     std::ptrdiff_t* corner_node;  ///< the nodes that enriched corners are, -1 of others; null where no method has any
     std::ptrdiff_t enriched_count;
-    bool has_mean_weights;  ///< of the corners of cells
 };
 
 /// The owner of the particle fields.
@@ -105,10 +103,9 @@ struct Particles {
     Array<std::int32_t> corner_part;     ///< corners that cells connect are of one part; with enriched ones only
     int part_count           = 0;
     bool has_corner_velocity = false;
-    bool has_mean_weights    = false;
 
     Particles() = default;
-    Particles(int n, const FieldGroups& groups) : count(n), has_corner_velocity(groups.corner_velocity), has_mean_weights(groups.mean_weights)
+    Particles(int n, const FieldGroups& groups) : count(n), has_corner_velocity(groups.corner_velocity)
     {
 #define ORDO_FIELD(type, name, group) \
     if (groups.group) name = Array<type>(n);
@@ -162,7 +159,7 @@ struct Particles {
             corner.data(),
             corner_velocity.data(),
             corner_node.data(),
-            static_cast<std::ptrdiff_t>(enriched.size()), has_mean_weights};
+            static_cast<std::ptrdiff_t>(enriched.size())};
     }
 
     /// Bytes that one particle occupies in these arrays.

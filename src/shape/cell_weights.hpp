@@ -59,7 +59,8 @@ ORDO_FLAT constexpr Vec<3> cross(const Vec<3>& a, const Vec<3>& b)
 
 /// Quadrilateral. With x = a_0 + a_1 xi + a_2 eta + a_3 xi eta the Jacobian is a_1 x a_2 + xi a_1 x a_3 - eta a_2 x a_3;
 /// the gradients are perpendicular to the diagonals, as in Sadeghirad et al. (2013, 22). Corners by bits, not in a circle.
-ORDO_FLAT inline CellWeights<2> quadrilateral_weights(const Vec<2> (&x)[4], bool is_exact)
+template <bool is_exact>
+ORDO_FLAT inline CellWeights<2> quadrilateral_weights(const Vec<2> (&x)[4])
 {
     const Vec<2> rising = x[3] - x[0], falling = x[2] - x[1];
     const Vec<2> a1 = 0.25 * (rising - falling), a2 = 0.25 * (rising + falling), a3 = 0.25 * ((x[3] - x[2]) - (x[1] - x[0]));
@@ -141,7 +142,8 @@ ORDO_FLAT inline void weigh_corners(const Vec<3> (&a)[8], double inverse_volume,
             }
 }
 
-ORDO_FLAT inline CellWeights<3> hexahedron_weights(const Vec<3> (&x)[8], bool is_exact)
+template <bool is_exact>
+ORDO_FLAT inline CellWeights<3> hexahedron_weights(const Vec<3> (&x)[8])
 {
     const CornerSigns signs;
     Vec<3> a[8], G[8];
@@ -156,21 +158,20 @@ ORDO_FLAT inline CellWeights<3> hexahedron_weights(const Vec<3> (&x)[8], bool is
         for (int c = 0; c < 8; ++c) r.g[c][i] = g[c];
     }
     for (double& w : r.w) w = 0.125;
-    if (is_exact) weigh_corners(a, inverse, r.w);
+    if constexpr (is_exact) weigh_corners(a, inverse, r.w);
     const Lanes J = jacobians(a, 1.0);
     r.is_sound    = r.V > 0.0 && r.V <= DBL_MAX;
     for (int c = 0; c < 8; ++c) r.is_sound &= J[c] > 0.0;
     return r;
 }
 
-/// Exact or mean, see below.
-template <int D>
-ORDO_FLAT inline CellWeights<D> cell_weights(const Vec<D> (&x)[1 << D], bool is_simplex, bool is_exact)
+template <int D, bool is_exact>
+ORDO_FLAT inline CellWeights<D> cell_weights(const Vec<D> (&x)[1 << D], bool is_simplex)
 {
     if constexpr (D == 2)
-        if (!is_simplex) return quadrilateral_weights(x, is_exact);
+        if (!is_simplex) return quadrilateral_weights<is_exact>(x);
     if constexpr (D == 3)
-        if (!is_simplex) return hexahedron_weights(x, is_exact);
+        if (!is_simplex) return hexahedron_weights<is_exact>(x);
     return simplex_weights<D>(x);
 }
 
@@ -178,7 +179,7 @@ ORDO_FLAT inline CellWeights<D> cell_weights(const Vec<D> (&x)[1 << D], bool is_
 template <int D>
 ORDO_FLAT inline CellWeights<D> exact_weights(const Vec<D> (&x)[1 << D], bool is_simplex)
 {
-    return cell_weights<D>(x, is_simplex, true);
+    return cell_weights<D, true>(x, is_simplex);
 }
 
 /// The average of the corners for w_c (Sadeghirad et al. 2013, 21), the mean gradient for g_c. The average is exact for
@@ -186,7 +187,7 @@ ORDO_FLAT inline CellWeights<D> exact_weights(const Vec<D> (&x)[1 << D], bool is
 template <int D>
 ORDO_FLAT inline CellWeights<D> mean_weights(const Vec<D> (&x)[1 << D], bool is_simplex)
 {
-    return cell_weights<D>(x, is_simplex, false);
+    return cell_weights<D, false>(x, is_simplex);
 }
 
 /// sum_c w_c x_c: the centroid of the cell if the weights are exact.

@@ -141,7 +141,10 @@ void with_domain(const MethodSpec& s, F&& f)
     case Domain::parallelepiped: return f(ShapeType<Parallelepiped<D, Basis>>{});
     case Domain::cell:
     case Domain::simplex:
-        return has_enrichment(s) ? f(ShapeType<Cell<D, Basis, true>>{}) : f(ShapeType<Cell<D, Basis>>{});
+        if (has_enrichment(s))
+            return s.weights == CornerWeights::exact ? f(ShapeType<Cell<D, Basis, true, true>>{})
+                                                     : f(ShapeType<Cell<D, Basis, false, true>>{});
+        return s.weights == CornerWeights::exact ? f(ShapeType<Cell<D, Basis, true>>{}) : f(ShapeType<Cell<D, Basis, false>>{});
     }
 }
 

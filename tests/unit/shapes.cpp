@@ -19,8 +19,7 @@ struct OneParticle {
     static constexpr int cells = 12;
     MethodSpec spec;
     Lattice<D> lattice;
-    Particles<D> p{1,
-                   FieldGroups{.box = true, .corners = true, .cells = true, .mean_weights = spec.weights == CornerWeights::mean}};
+    Particles<D> p{1, FieldGroups{.box = true, .corners = true, .cells = true}};
     Array<Lanes> nodes;  ///< with mass where the grid is
 
     static Vec<D> spacing()
@@ -252,17 +251,17 @@ TEST(Shapes, CellsOutsideThePeriodAreTheSame)
         for (int k = 0; k < 50; ++k) {
             OneParticle<2> one(test::shape_spec(Basis::bspline2, domain), random, 0.4, Place::periodic);
             const auto inside  = weights(one);
-            const double reach = Cell<2, BSpline<2>>::reach(one.lattice, one.view(), Batch{0, 1})[0];
+            const double reach = Cell<2, BSpline<2>, true>::reach(one.lattice, one.view(), Batch{0, 1})[0];
             Turns<2> turns{{2, -3}};
             ParticleView<2> p = one.view();
             p.turns           = &turns;
             for (Vec<2>& c : one.p.corner)
                 for (int a = 0; a < 2; ++a) c[a] += turns[a] * one.cells * one.lattice.h[a];
             std::map<std::ptrdiff_t, double> outside;
-            Cell<2, BSpline<2>>::for_each_node(one.lattice, p, 0, nullptr,
-                                               [&](std::ptrdiff_t node, double w, const Vec<2>&) { outside[node] += w; });
+            Cell<2, BSpline<2>, true>::for_each_node(one.lattice, p, 0, nullptr,
+                                                     [&](std::ptrdiff_t node, double w, const Vec<2>&) { outside[node] += w; });
             for (const auto& entry : inside) EXPECT_NEAR(entry.second.w, outside[entry.first], 1e-12);
-            EXPECT_NEAR((Cell<2, BSpline<2>>::reach(one.lattice, p, Batch{0, 1})[0]), reach, 1e-12);
+            EXPECT_NEAR((Cell<2, BSpline<2>, true>::reach(one.lattice, p, Batch{0, 1})[0]), reach, 1e-12);
         }
     }
 }
