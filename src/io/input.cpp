@@ -459,15 +459,17 @@ Material resolve_material(const MaterialInput& in, int dim)
     return m;
 }
 
-/// Checks that a body has the keys of its shape and no others, and fills defaults.
-void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
+void require_known_material(const BodyInput& in, const CaseInput& c)
 {
-    if (in.name.empty()) in.name = fmt::format("body {}", index);
     std::vector<std::string> materials;
     for (const MaterialInput& m : c.materials) materials.push_back(m.name);
     if (std::find(materials.begin(), materials.end(), in.material) == materials.end())
         in.fail("material", "there is no [[material]] called \"" + in.material + "\". " + suggestion(in.material, materials));
+}
 
+/// Checks that the shape exists in `dim` dimensions and that the body has its keys and no others.
+void require_keys_of_shape(const BodyInput& in, int dim)
+{
     const ShapeInfo& shape =
         *std::find_if(shapes().begin(), shapes().end(), [&](const ShapeInfo& s) { return s.name == in.shape; });
     if (dim < shape.min_dim || dim > shape.max_dim) {
@@ -485,7 +487,11 @@ void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
     for (const auto& [key, place] : in.at)
         if (std::find(allowed.begin(), allowed.end(), key) == allowed.end())
             in.fail(key, fmt::format("has no meaning for the shape \"{}\"; remove it", in.shape));
+}
 
+/// Checks lengths and angles against each other, and what polar cells need.
+void validate_geometry(const BodyInput& in, int dim)
+{
     if (in.shape == "box")
         for (int a = 0; a < dim; ++a)
             if (!(in.lower[a] < in.upper[a]))
@@ -501,20 +507,32 @@ void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
     for (const char* key : {"radial", "angular", "layers"})
         if (in.has(key) && !polar) in.fail(key, "needs cells = \"polar\"");
     if (polar && in.has("seeding")) in.fail("seeding", "needs cells = \"cartesian\"");
+}
 
-    if (in.shape != "particles" && in.shape != "mesh") {
-        std::vector<int>& n = in.particles_per_cell;
-        if (n.empty()) n.assign(static_cast<std::size_t>(dim), 2);
-        if (n.size() == 1 && dim > 1) {
-            const int per_axis = static_cast<int>(std::lround(std::pow(n[0], 1.0 / dim)));
-            const int whole    = static_cast<int>(std::lround(std::pow(per_axis, dim)));
-            if (whole != n[0])
-                in.fail("particles_per_cell", fmt::format("counts the whole cell and must be a power {} of a whole number (got "
-                                                          "{}, nearest {}); or give one number per axis",
-                                                          dim, n[0], whole));
-            n.assign(static_cast<std::size_t>(dim), per_axis);
-        }
+/// Makes it one number per axis, 2 by default.
+void resolve_particles_per_cell(BodyInput& in, int dim)
+{
+    std::vector<int>& n = in.particles_per_cell;
+    if (n.empty()) n.assign(static_cast<std::size_t>(dim), 2);
+    if (n.size() == 1 && dim > 1) {
+        const int per_axis = static_cast<int>(std::lround(std::pow(n[0], 1.0 / dim)));
+        const int whole    = static_cast<int>(std::lround(std::pow(per_axis, dim)));
+        if (whole != n[0])
+            in.fail("particles_per_cell", fmt::format("counts the whole cell and must be a power {} of a whole number (got "
+                                                      "{}, nearest {}); or give one number per axis",
+                                                      dim, n[0], whole));
+        n.assign(static_cast<std::size_t>(dim), per_axis);
     }
+}
+
+/// Checks a body and fills its defaults; its place in the input names it where it has no name.
+void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
+{
+    if (in.name.empty()) in.name = fmt::format("body {}", index);
+    require_known_material(in, c);
+    require_keys_of_shape(in, dim);
+    validate_geometry(in, dim);
+    if (in.shape != "particles" && in.shape != "mesh") resolve_particles_per_cell(in, dim);
     auto zeros = [&](std::vector<Expression>& v) {
         if (v.empty()) v.assign(static_cast<std::size_t>(dim), Expression{});
     };
@@ -583,30 +601,32 @@ void require_unique_names(const std::vector<T>& items, const char* what)
             item.fail("name", fmt::format("there is another {} called \"{}\"; names must differ", what, item.name));
 }
 
-void validate(CaseInput& c, const std::filesystem::path& file)
+void validate_grid(const GridInput& grid)
+{
+    double cells = 1;
+    for (int a = 0; a < grid.dim; ++a) {
+        const double n = grid.size[a] / grid.spacing[a];
+        cells *= n;
+        if (std::fabs(n - std::round(n)) > 1e-6 * std::max(1.0, n) || std::round(n) < 1)
+            grid.fail("spacing",
+                      fmt::format("must divide the size {} of axis {} into whole cells (got {}); {} would", grid.size[a],
+                                  "xyz"[a], grid.spacing[a], grid.size[a] / std::max(1.0, std::round(n))));
+        if (n > 1e6) grid.fail("spacing", fmt::format("gives {:.3g} cells along axis {}; at most 1e6 are allowed", n, "xyz"[a]));
+    }
+    if (cells > 1e11) grid.fail("spacing", fmt::format("gives {:.3g} cells; at most 1e11 are allowed", cells));
+}
+
+/// The path of a body's file, which the input gives relative to that of the case.
+std::string resolve_path(const std::string& name, const std::filesystem::path& case_file)
+{
+    const std::filesystem::path given(name);
+    return (given.is_absolute() ? given : std::filesystem::absolute(case_file).parent_path() / given).lexically_normal().string();
+}
+
+void validate_materials_and_bodies(CaseInput& c, const std::filesystem::path& file)
 {
     const int dim = c.grid.dim;
     const Place top{file.string(), 0, 0};
-    if (c.grid.origin.empty()) c.grid.origin.assign(static_cast<std::size_t>(dim), 0.0);
-    if (c.gravity.empty()) c.gravity.assign(static_cast<std::size_t>(dim), 0.0);
-    double cells = 1;
-    for (int a = 0; a < dim; ++a) {
-        const double n = c.grid.size[a] / c.grid.spacing[a];
-        cells *= n;
-        if (std::fabs(n - std::round(n)) > 1e-6 * std::max(1.0, n) || std::round(n) < 1)
-            c.grid.fail("spacing",
-                        fmt::format("must divide the size {} of axis {} into whole cells (got {}); {} would", c.grid.size[a],
-                                    "xyz"[a], c.grid.spacing[a], c.grid.size[a] / std::max(1.0, std::round(n))));
-        if (n > 1e6)
-            c.grid.fail("spacing", fmt::format("gives {:.3g} cells along axis {}; at most 1e6 are allowed", n, "xyz"[a]));
-    }
-    if (cells > 1e11) c.grid.fail("spacing", fmt::format("gives {:.3g} cells; at most 1e11 are allowed", cells));
-
-    c.spec = resolve_method(c.method);
-
-    if (c.time.dt && c.time.cfl) c.time.fail("cfl", "excludes dt; give one of them");
-    if (!c.time.dt && !c.time.cfl) c.time.cfl = 0.4;
-
     if (c.materials.empty()) fail(top, "material", "is missing; the case needs at least one [[material]]");
     if (c.bodies.empty()) fail(top, "body", "is missing; the case needs at least one [[body]]");
     require_unique_names(c.materials, "material");
@@ -614,16 +634,14 @@ void validate(CaseInput& c, const std::filesystem::path& file)
     for (std::size_t k = 0; k < c.bodies.size(); ++k) {
         BodyInput& b = c.bodies[k];
         validate_body(b, static_cast<int>(k), dim, c);
-        if (!b.file.empty()) {
-            const std::filesystem::path given(b.file);
-            b.file =
-                (given.is_absolute() ? given : std::filesystem::absolute(file).parent_path() / given).lexically_normal().string();
-        }
+        if (!b.file.empty()) b.file = resolve_path(b.file, file);
     }
     require_unique_names(c.bodies, "body");
-    for (BoundaryInput& b : c.boundaries) validate_boundary(b, dim, c.grid);
-    for (TractionInput& t : c.tractions) validate_traction(t, dim, c.bodies);
+}
 
+/// Fills the defaults of the output, and checks its fields.
+void validate_output(CaseInput& c, const std::filesystem::path& file)
+{
     if (!c.output.interval) c.output.interval = std::max(c.time.end / 50, std::numeric_limits<double>::min());
     if (c.output.directory.empty()) {
         const std::filesystem::path absolute = std::filesystem::absolute(file).lexically_normal();
@@ -634,22 +652,48 @@ void validate(CaseInput& c, const std::filesystem::path& file)
         if (std::count(c.output.fields.begin(), c.output.fields.end(), f) > 1)
             c.output.fail("fields", "names \"" + f + "\" twice");
     require_carried(c);
-    for (const ProbeInput& p : c.probes) {
-        if (p.particle.empty() == p.point.empty()) p.fail("point", "give either particle or point");
-        if (!p.point.empty() && c.spec.enrichment == Enrichment::all)
-            p.fail("point", "watches the grid, where finite elements leave nothing; follow a particle");
-        if (p.name.empty() ||
-            p.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") != std::string::npos)
-            p.fail("name", "must be made of letters, digits, - and _, for it is part of a file's name");
-        const std::string key         = p.point.empty() ? "particle" : "point";
-        const std::vector<double>& at = p.point.empty() ? p.particle : p.point;
-        for (int a = 0; a < dim; ++a)
-            if (!(at[a] >= c.grid.origin[a] && at[a] <= c.grid.origin[a] + c.grid.size[a])) p.fail(key, "lies outside the grid");
-    }
-    require_unique_names(c.probes, "probe");
+}
+
+void validate_probe(const ProbeInput& p, const CaseInput& c)
+{
+    if (p.particle.empty() == p.point.empty()) p.fail("point", "give either particle or point");
+    if (!p.point.empty() && c.spec.enrichment == Enrichment::all)
+        p.fail("point", "watches the grid, where finite elements leave nothing; follow a particle");
+    if (p.name.empty() ||
+        p.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") != std::string::npos)
+        p.fail("name", "must be made of letters, digits, - and _, for it is part of a file's name");
+    const std::string key         = p.point.empty() ? "particle" : "point";
+    const std::vector<double>& at = p.point.empty() ? p.particle : p.point;
+    for (int a = 0; a < c.grid.dim; ++a)
+        if (!(at[a] >= c.grid.origin[a] && at[a] <= c.grid.origin[a] + c.grid.size[a])) p.fail(key, "lies outside the grid");
+}
+
+WatchSpec resolve_watch(const WatchInput& in)
+{
+    WatchSpec spec;
     for (int k = 0; k < WatchSpec::count; ++k)
-        c.watch_spec.is_fatal[k] = std::count(c.watch.fatal.begin(), c.watch.fatal.end(), WatchSpec::names[k]) > 0;
-    c.watch_spec.energy_growth = c.watch.energy_growth;
+        spec.is_fatal[k] = std::count(in.fatal.begin(), in.fatal.end(), WatchSpec::names[k]) > 0;
+    spec.energy_growth = in.energy_growth;
+    return spec;
+}
+
+/// Checks the whole case and fills defaults.
+void validate(CaseInput& c, const std::filesystem::path& file)
+{
+    const auto dim = static_cast<std::size_t>(c.grid.dim);
+    if (c.grid.origin.empty()) c.grid.origin.assign(dim, 0.0);
+    if (c.gravity.empty()) c.gravity.assign(dim, 0.0);
+    validate_grid(c.grid);
+    c.spec = resolve_method(c.method);
+    if (c.time.dt && c.time.cfl) c.time.fail("cfl", "excludes dt; give one of them");
+    if (!c.time.dt && !c.time.cfl) c.time.cfl = 0.4;
+    validate_materials_and_bodies(c, file);
+    for (BoundaryInput& b : c.boundaries) validate_boundary(b, c.grid.dim, c.grid);
+    for (TractionInput& t : c.tractions) validate_traction(t, c.grid.dim, c.bodies);
+    validate_output(c, file);
+    for (const ProbeInput& p : c.probes) validate_probe(p, c);
+    require_unique_names(c.probes, "probe");
+    c.watch_spec = resolve_watch(c.watch);
     for (const char* key : {"steps", "wall_minutes"})
         if (c.checkpoint.has(key) && !has_hdf5()) c.checkpoint.fail(key, kNoHdf5);
     if (c.output.grid && c.spec.enrichment == Enrichment::all)
