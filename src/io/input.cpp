@@ -21,6 +21,7 @@ const std::vector<std::string> kBodyFaces = {"x-min", "x-max", "y-min", "y-max",
 // clang-format off
 // ---- the schema ------------------------------------------------------------------------------------------------------
 
+// Wrapped by hand: clang-format gives every item of a long row a line of its own, which hides the rows.
 const Section<CaseInput>& case_section()
 {
     static const Section<CaseInput> s{
