@@ -22,122 +22,158 @@
 
 namespace {
 
+using namespace ordo;
+
+/// What the options of all commands are read into; `result` is the exit code of the command that ran.
+struct CommandLine {
+    int threads = 0;  ///< 0 without --threads
+    int result  = 0;
+    app::RunOptions run;
+    std::string output, restart;
+    std::string what;  ///< to list
+    app::VerifyOptions verify;
+    int ppc = 0;  ///< 0 without --ppc
+    std::string json, data, figures;
+    app::BenchOptions bench;
+};
+
+void add_threads(CLI::App& command, CommandLine& line)
+{
+    command.add_option("--threads", line.threads, "number of threads; all cores without it")->check(CLI::Range(1, 1024));
+}
+
+void use_threads(const CommandLine& line)
+{
+    if (line.threads > 0) set_thread_count(line.threads);
+}
+
+void add_case(CLI::App& command, CommandLine& line)
+{
+    command.add_option("case", line.run.file, "case file (TOML)")->required();
+    command.add_option("--set", line.run.overrides, "override an input key, key=value; may be repeated")->allow_extra_args(false);
+    command.add_option("--output", line.output, "directory of the output files");
+}
+
+void add_run(CLI::App& cli, CommandLine& line)
+{
+    CLI::App* run = cli.add_subcommand("run", "run a case");
+    add_case(*run, line);
+    add_threads(*run, line);
+    run->add_option("--restart", line.restart,
+                    "go on from a checkpoint: its file, or latest for the newest good one in the output directory");
+    run->add_flag("--quiet", line.run.quiet, "no progress, no summary");
+    run->callback([&line, run] {
+        use_threads(line);
+        if (!line.output.empty()) line.run.output = line.output;
+        if (run->count("--restart") > 0) line.run.restart = line.restart;
+        line.result = app::run(line.run);
+    });
+}
+
+void add_check(CLI::App& cli, CommandLine& line)
+{
+    CLI::App* check = cli.add_subcommand("check", "parse and validate a case, print it with every default");
+    add_case(*check, line);
+    check->callback([&line] {
+        if (!line.output.empty()) line.run.output = line.output;
+        line.result = app::check(line.run);
+    });
+}
+
+void add_list(CLI::App& cli, CommandLine& line)
+{
+    CLI::App* list = cli.add_subcommand("list", "what there is: methods, materials, shapes, cases, input (the reference page)");
+    list->add_option("what", line.what)->check(CLI::IsMember({"methods", "materials", "shapes", "cases", "input"}));
+    list->callback([&line] { line.result = app::list(line.what); });
+}
+
+/// Checks what CLI11 cannot, and runs the cases.
+void verify_as_told(const CLI::App& verify, CommandLine& line)
+{
+    use_threads(line);
+    const std::size_t all = verify.count("--all");
+    if (verify.count("case") + all != 1)
+        throw InputError(fmt::format("ordo verify needs a case, or --all{}; see ordo list cases", all > 0 ? ", not both" : ""));
+    if (line.ppc > 0) line.verify.ppc = line.ppc;
+    if (verify.count("--json") > 0) line.verify.json = line.json;
+    if (verify.count("--data") > 0) line.verify.data = line.data;
+    if (verify.count("--figures") > 0) line.verify.figures = line.figures;
+    if (line.verify.data && line.verify.figures) throw InputError("--figures: it writes what --data does; give one of them");
+    line.result = app::verify(line.verify);
+}
+
+void add_verify(CLI::App& cli, CommandLine& line)
+{
+    CLI::App* verify =
+        cli.add_subcommand("verify", "run cases with known answers: errors, orders and whether they meet the bars");
+    verify->add_option("case", line.verify.name, "case; see ordo list cases");
+    verify->add_flag("--all", line.verify.all, "every study of every case (minutes)");
+    verify->add_option("--method", line.verify.methods, "presets, separated by commas")->delimiter(',')->allow_extra_args(false);
+    verify->add_option("--cells", line.verify.cells, "meshes, in cells per unit length, separated by commas")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::Range(1, 1'000'000));
+    verify->add_option("--ppc", line.ppc, "particles per cell, counted over the whole cell")->check(CLI::Range(1, 1'000'000));
+    verify->add_option("--set", line.verify.overrides, "set a parameter of the case or an axis, key=value; may be repeated")
+        ->allow_extra_args(false);
+    verify->add_option("--json", line.json, "write JSON to a file, or to stdout with -");
+    verify->add_option("--data", line.data,
+                       "directory for sums over time and particles at the end, as CSV, and their verify.json");
+    verify->add_option("--figures", line.figures, "directory for these and plots of them (needs python3 with matplotlib)");
+    add_threads(*verify, line);
+    verify->callback([&line, verify] { verify_as_told(*verify, line); });
+}
+
+void add_bench(CLI::App& cli, CommandLine& line)
+{
+    CLI::App* bench = cli.add_subcommand("bench", "particle-steps per second on a block of neo-Hookean material");
+    bench->add_flag("--machine", line.bench.machine, "measure the peak of fused multiply-adds and the memory bandwidth instead");
+    bench->add_flag("--all", line.bench.all, "every preset, in 2D and 3D (minutes)");
+    bench->add_option("--dim", line.bench.dim, "dimensions; 3 without it")->check(CLI::Range(1, 3));
+    bench->add_option("--method", line.bench.method, "preset; mpm without it");
+    bench->add_option("--set", line.bench.overrides, "set an axis of the preset, key=value; may be repeated")
+        ->allow_extra_args(false);
+    bench->add_option("--particles", line.bench.particles, "about how many; 1000000 without it, 200000 with --all")
+        ->check(CLI::Range(1, 2'000'000'000));
+    bench
+        ->add_option("--steps", line.bench.steps,
+                     "steps to time; 20 without it, with --all as many of these as two seconds allow")
+        ->check(CLI::Range(1, 1'000'000'000));
+    bench->add_option("--repeat", line.bench.repeats, "times to time them; the medians are reported")
+        ->check(CLI::Range(1, 1'000'000));
+    bench->add_option("--json", line.json, "write JSON to a file, or to stdout with -");
+    add_threads(*bench, line);
+    bench->callback([&line] {
+        use_threads(line);
+        if (!line.json.empty()) line.bench.json = line.json;
+        line.result = app::bench(line.bench);
+    });
+}
+
+/// Names the command nearest to an unknown one; CLI11 would only say that a command is missing.
+void require_known_command(const CLI::App& cli, const std::string& given)
+{
+    std::vector<std::string> commands;
+    for (const CLI::App* command : cli.get_subcommands({})) commands.push_back(command->get_name());
+    if (std::find(commands.begin(), commands.end(), given) == commands.end())
+        throw InputError(given + ": there is no such command. " + io::suggestion(given, commands) + " See ordo --help.");
+}
+
+/// Runs the command that the line names; returns the exit code.
 int dispatch(int argc, char** argv)
 {
-    using namespace ordo;
     CLI::App cli{"ordo: a material point method of accurate order at large deformation"};
     cli.set_version_flag("--version", fmt::format("ordo {} ({})", ORDO_VERSION, ORDO_COMMIT));
     cli.require_subcommand(1);
 
-    int threads       = 0;
-    int result        = 0;
-    auto with_threads = [&](CLI::App* command) {
-        command->add_option("--threads", threads, "number of threads; all cores without it")->check(CLI::Range(1, 1024));
-    };
-    auto prepare = [&] {
-        if (threads > 0) set_thread_count(threads);
-    };
+    CommandLine line;
+    add_run(cli, line);
+    add_check(cli, line);
+    add_list(cli, line);
+    add_verify(cli, line);
+    add_bench(cli, line);
 
-    app::RunOptions run_options;
-    std::string output, restart;
-    auto with_case = [&](CLI::App* command) {
-        command->add_option("case", run_options.file, "case file (TOML)")->required();
-        command->add_option("--set", run_options.overrides, "override an input key, key=value; may be repeated")
-            ->allow_extra_args(false);
-        command->add_option("--output", output, "directory of the output files");
-    };
-    CLI::App* run = cli.add_subcommand("run", "run a case");
-    with_case(run);
-    with_threads(run);
-    run->add_option("--restart", restart,
-                    "go on from a checkpoint: its file, or latest for the newest good one in the output directory");
-    run->add_flag("--quiet", run_options.quiet, "no progress, no summary");
-    run->callback([&] {
-        prepare();
-        if (!output.empty()) run_options.output = output;
-        if (run->count("--restart") > 0) run_options.restart = restart;
-        result = app::run(run_options);
-    });
-
-    CLI::App* check = cli.add_subcommand("check", "parse and validate a case, print it with every default");
-    with_case(check);
-    check->callback([&] {
-        if (!output.empty()) run_options.output = output;
-        result = app::check(run_options);
-    });
-
-    std::string what;
-    CLI::App* list = cli.add_subcommand("list", "what there is: methods, materials, shapes, cases, input (the reference page)");
-    list->add_option("what", what)->check(CLI::IsMember({"methods", "materials", "shapes", "cases", "input"}));
-    list->callback([&] { result = app::list(what); });
-
-    app::VerifyOptions verify_options;
-    std::string json, data, figures;
-    int ppc = 0;
-    CLI::App* verify =
-        cli.add_subcommand("verify", "run cases with known answers: errors, orders and whether they meet the bars");
-    CLI::Option* name = verify->add_option("case", verify_options.name, "case; see ordo list cases");
-    CLI::Option* all  = verify->add_flag("--all", verify_options.all, "every study of every case (minutes)");
-    verify->add_option("--method", verify_options.methods, "presets, separated by commas")
-        ->delimiter(',')
-        ->allow_extra_args(false);
-    verify->add_option("--cells", verify_options.cells, "meshes, in cells per unit length, separated by commas")
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->check(CLI::Range(1, 1'000'000));
-    verify->add_option("--ppc", ppc, "particles per cell, counted over the whole cell")->check(CLI::Range(1, 1'000'000));
-    verify->add_option("--set", verify_options.overrides, "set a parameter of the case or an axis, key=value; may be repeated")
-        ->allow_extra_args(false);
-    verify->add_option("--json", json, "write JSON to a file, or to stdout with -");
-    verify->add_option("--data", data, "directory for sums over time and particles at the end, as CSV, and their verify.json");
-    verify->add_option("--figures", figures, "directory for these and plots of them (needs python3 with matplotlib)");
-    with_threads(verify);
-    verify->callback([&] {
-        prepare();
-        if (name->count() + all->count() != 1)
-            throw InputError(
-                fmt::format("ordo verify needs a case, or --all{}; see ordo list cases", all->count() > 0 ? ", not both" : ""));
-        if (ppc > 0) verify_options.ppc = ppc;
-        if (verify->count("--json") > 0) verify_options.json = json;
-        if (verify->count("--data") > 0) verify_options.data = data;
-        if (verify->count("--figures") > 0) verify_options.figures = figures;
-        if (verify_options.data && verify_options.figures)
-            throw InputError("--figures: it writes what --data does; give one of them");
-        result = app::verify(verify_options);
-    });
-
-    app::BenchOptions bench_options;
-    CLI::App* bench = cli.add_subcommand("bench", "particle-steps per second on a block of neo-Hookean material");
-    bench->add_flag("--machine", bench_options.machine,
-                    "measure the peak of fused multiply-adds and the memory bandwidth instead");
-    bench->add_flag("--all", bench_options.all, "every preset, in 2D and 3D (minutes)");
-    bench->add_option("--dim", bench_options.dim, "dimensions; 3 without it")->check(CLI::Range(1, 3));
-    bench->add_option("--method", bench_options.method, "preset; mpm without it");
-    bench->add_option("--set", bench_options.overrides, "set an axis of the preset, key=value; may be repeated")
-        ->allow_extra_args(false);
-    bench->add_option("--particles", bench_options.particles, "about how many; 1000000 without it, 200000 with --all")
-        ->check(CLI::Range(1, 2'000'000'000));
-    bench
-        ->add_option("--steps", bench_options.steps,
-                     "steps to time; 20 without it, with --all as many of these as two seconds allow")
-        ->check(CLI::Range(1, 1'000'000'000));
-    bench->add_option("--repeat", bench_options.repeats, "times to time them; the medians are reported")
-        ->check(CLI::Range(1, 1'000'000));
-    bench->add_option("--json", json, "write JSON to a file, or to stdout with -");
-    with_threads(bench);
-    bench->callback([&] {
-        prepare();
-        if (!json.empty()) bench_options.json = json;
-        result = app::bench(bench_options);
-    });
-
-    if (argc > 1 && argv[1][0] != '-') {  // CLI11 would only say that a command is missing
-        std::vector<std::string> commands;
-        for (const CLI::App* command : cli.get_subcommands({})) commands.push_back(command->get_name());
-        if (std::find(commands.begin(), commands.end(), argv[1]) == commands.end())
-            throw InputError(std::string(argv[1]) + ": there is no such command. " + io::suggestion(argv[1], commands) +
-                             " See ordo --help.");
-    }
+    if (argc > 1 && argv[1][0] != '-') require_known_command(cli, argv[1]);
     try {
         cli.parse(argc, argv);
     } catch (const CLI::Success& e) {
@@ -146,7 +182,7 @@ int dispatch(int argc, char** argv)
         cli.exit(e);
         return 2;
     }
-    return result;
+    return line.result;
 }
 
 /// Threads that wait must give up their core soon: with two busy neighbours a small 2D case took 2 to 30 times as long as

@@ -21,12 +21,15 @@ const std::vector<std::string> kBodyFaces = {"x-min", "x-max", "y-min", "y-max",
 // clang-format off
 // ---- the schema ------------------------------------------------------------------------------------------------------
 
+// Wrapped by hand: clang-format gives every item of a long row a line of its own, which hides the rows.
 const Section<CaseInput>& case_section()
 {
     static const Section<CaseInput> s{
         .name = "", .what = "What the case is called and what acts on all of it.",
-        .keys = {{&CaseInput::title, {.name = "title", .what = "what the case is, in a line"}},
-                 {&CaseInput::gravity, {.name = "gravity", .what = "acceleration of all bodies", .unit = "m/s^2", .default_text = "0 per axis", .per_axis = true}}}};
+        .keys = {
+            {&CaseInput::title, {.name = "title", .what = "what the case is, in a line"}},
+            {&CaseInput::gravity, {.name = "gravity",
+                .what = "acceleration of all bodies", .unit = "m/s^2", .default_text = "0 per axis", .per_axis = true}}}};
     return s;
 }
 
@@ -34,10 +37,16 @@ const Section<GridInput>& grid_section()
 {
     static const Section<GridInput> s{
         .name = "grid", .what = "The background grid: a box of equal cells.",
-        .keys = {{&GridInput::dim, {.name = "dim", .what = "number of dimensions: 1 (uniaxial strain), 2 (plane strain) or 3", .min = 1, .max = 3}},
-                 {&GridInput::origin, {.name = "origin", .what = "smallest coordinates", .unit = "m", .default_text = "0 per axis", .per_axis = true}},
-                 {&GridInput::size, {.name = "size", .what = "lengths", .unit = "m", .required = true, .per_axis = true, .min = 0, .open_min = true}},
-                 {&GridInput::spacing, {.name = "spacing", .what = "cell size; must divide the size", .unit = "m", .required = true, .per_axis = true, .min = 0, .open_min = true}}}};
+        .keys = {
+            {&GridInput::dim, {.name = "dim",
+                .what = "number of dimensions: 1 (uniaxial strain), 2 (plane strain) or 3", .min = 1, .max = 3}},
+            {&GridInput::origin, {.name = "origin",
+                .what = "smallest coordinates", .unit = "m", .default_text = "0 per axis", .per_axis = true}},
+            {&GridInput::size, {.name = "size",
+                .what = "lengths", .unit = "m", .required = true, .per_axis = true, .min = 0, .open_min = true}},
+            {&GridInput::spacing, {.name = "spacing",
+                .what = "cell size; must divide the size", .unit = "m", .required = true, .per_axis = true, .min = 0,
+                .open_min = true}}}};
     return s;
 }
 
@@ -45,13 +54,18 @@ const Section<MethodInput>& method_section()
 {
     static const Section<MethodInput> s = [] {
         Section<MethodInput> r{.name = "method", .what = "A preset, and any axis to override it.", .keys = {}};
-        r.keys.push_back({&MethodInput::preset, {.name = "preset", .what = "a row of choices, see `ordo list methods`", .choices = preset_names()}});
+        r.keys.push_back({&MethodInput::preset, {.name = "preset",
+            .what = "a row of choices, see `ordo list methods`", .choices = preset_names()}});
         for_each_axis([&](auto axis) {
             using E = std::decay_t<decltype(MethodSpec{}.*axis)>;
-            r.keys.push_back({&MethodInput::axes, {.name = std::string(Axis<E>::key), .what = std::string(Axis<E>::what), .default_text = "of the preset", .choices = choice_names<E>()}});
+            r.keys.push_back({&MethodInput::axes, {.name = std::string(Axis<E>::key),
+                .what = std::string(Axis<E>::what), .default_text = "of the preset", .choices = choice_names<E>()}});
         });
         for (const Setting& number : settings())
-            r.keys.push_back({&MethodInput::numbers, {.name = std::string(number.name), .what = std::string(number.what), .default_text = number.is_integer ? "of the preset" : fmt::format("{}", MethodSpec{}.*number.value), .min = number.min, .max = number.max}});
+            r.keys.push_back({&MethodInput::numbers, {.name = std::string(number.name),
+                .what = std::string(number.what),
+                .default_text = number.is_integer ? "of the preset" : fmt::format("{}", MethodSpec{}.*number.value),
+                .min = number.min, .max = number.max}});
         return r;
     }();
     return s;
@@ -61,9 +75,16 @@ const Section<TimeInput>& time_section()
 {
     static const Section<TimeInput> s{
         .name = "time", .what = "How long and in which steps.",
-        .keys = {{&TimeInput::end, {.name = "end", .what = "time at which the run ends", .unit = "s", .required = true, .min = 0, .open_min = true}},
-                 {&TimeInput::dt, {.name = "dt", .what = "fixed time step; excludes cfl", .unit = "s", .default_text = "from cfl", .min = 0, .open_min = true}},
-                 {&TimeInput::cfl, {.name = "cfl", .what = "time step as a part of h/(c + |v|), with the P-wave speed c, times the Courant number that basis and mass matrix allow (1 for hats with lumped mass), at most the stable limit of the method (docs/design.md), evaluated each step", .default_text = "0.4 without dt", .min = 0, .max = 1, .open_min = true}}}};
+        .keys = {
+            {&TimeInput::end, {.name = "end",
+                .what = "time at which the run ends", .unit = "s", .required = true, .min = 0, .open_min = true}},
+            {&TimeInput::dt, {.name = "dt",
+                .what = "fixed time step; excludes cfl", .unit = "s", .default_text = "from cfl", .min = 0, .open_min = true}},
+            {&TimeInput::cfl, {.name = "cfl",
+                .what = "time step as a part of h/(c + |v|), with the P-wave speed c, times the Courant number that basis and "
+                        "mass matrix allow (1 for hats with lumped mass), at most the stable limit of the method "
+                        "(docs/design.md), evaluated each step",
+                .default_text = "0.4 without dt", .min = 0, .max = 1, .open_min = true}}}};
     return s;
 }
 
@@ -73,19 +94,29 @@ const Section<MaterialInput>& material_section()
         std::vector<std::string> models;
         for (const LawRow& law : laws()) models.emplace_back(law.name);
         Section<MaterialInput> section{
-            .name = "material", .what = "A material. Elastic constants come as one pair: young and poisson, lambda and mu, or bulk and shear; linear-rate-1d takes young alone.", .repeated = true,
-            .keys = {{&MaterialInput::name, {.name = "name", .what = "what bodies call it", .required = true}},
-                     {&MaterialInput::model, {.name = "model", .what = "constitutive model, see `ordo list materials`", .choices = models}},
-                     {&MaterialInput::density, {.name = "density", .what = "initial density", .unit = "kg/m^3", .required = true, .min = 0, .open_min = true}},
-                     {&MaterialInput::young, {.name = "young", .what = "Young's modulus", .unit = "Pa", .min = 0, .open_min = true}},
-                     {&MaterialInput::poisson, {.name = "poisson", .what = "Poisson's ratio; at 0.5 the material would be incompressible", .min = -1, .max = 0.5, .open_min = true, .open_max = true}},
-                     {&MaterialInput::lambda, {.name = "lambda", .what = "first Lame constant", .unit = "Pa"}},
-                     {&MaterialInput::mu, {.name = "mu", .what = "second Lame constant", .unit = "Pa", .min = 0, .open_min = true}},
-                     {&MaterialInput::bulk, {.name = "bulk", .what = "bulk modulus", .unit = "Pa", .min = 0, .open_min = true}},
-                     {&MaterialInput::shear, {.name = "shear", .what = "shear modulus", .unit = "Pa", .min = 0, .open_min = true}}}};
+            .name = "material",
+            .what = "A material. Elastic constants come as one pair: young and poisson, lambda and mu, or bulk and shear; "
+                    "linear-rate-1d takes young alone.",
+            .repeated = true,
+            .keys = {
+                {&MaterialInput::name, {.name = "name", .what = "what bodies call it", .required = true}},
+                {&MaterialInput::model, {.name = "model",
+                    .what = "constitutive model, see `ordo list materials`", .choices = models}},
+                {&MaterialInput::density, {.name = "density",
+                    .what = "initial density", .unit = "kg/m^3", .required = true, .min = 0, .open_min = true}},
+                {&MaterialInput::young, {.name = "young", .what = "Young's modulus", .unit = "Pa", .min = 0, .open_min = true}},
+                {&MaterialInput::poisson, {.name = "poisson",
+                    .what = "Poisson's ratio; at 0.5 the material would be incompressible", .min = -1, .max = 0.5,
+                    .open_min = true, .open_max = true}},
+                {&MaterialInput::lambda, {.name = "lambda", .what = "first Lame constant", .unit = "Pa"}},
+                {&MaterialInput::mu, {.name = "mu", .what = "second Lame constant", .unit = "Pa", .min = 0, .open_min = true}},
+                {&MaterialInput::bulk, {.name = "bulk", .what = "bulk modulus", .unit = "Pa", .min = 0, .open_min = true}},
+                {&MaterialInput::shear, {.name = "shear", .what = "shear modulus", .unit = "Pa", .min = 0, .open_min = true}}}};
         for (const LawRow& law : laws())
             for (const LawParameter& p : law.parameters)
-                section.keys.push_back({&MaterialInput::parameters, {.name = std::string(p.name), .what = fmt::format("{}, of {}", p.what, law.name), .unit = std::string(p.unit), .min = p.min, .max = p.max}});
+                section.keys.push_back({&MaterialInput::parameters, {.name = std::string(p.name),
+                    .what = fmt::format("{}, of {}", p.what, law.name), .unit = std::string(p.unit), .min = p.min,
+                    .max = p.max}});
         return section;
     }();
     return s;
@@ -98,27 +129,50 @@ const Section<BodyInput>& body_section()
         for (const ShapeInfo& i : shapes()) names.push_back(i.name);
         return Section<BodyInput>{
             .name = "body", .what = "A body. Bodies meet on the common grid: contact without slip.", .repeated = true,
-            .keys = {{&BodyInput::name, {.name = "name", .what = "for messages", .default_text = "body and its number"}},
-                     {&BodyInput::material, {.name = "material", .what = "name of a [[material]]", .required = true}},
-                     {&BodyInput::shape, {.name = "shape", .what = "see `ordo list shapes`", .required = true, .choices = names}},
-                     {&BodyInput::center, {.name = "center", .what = "centre of a round shape", .unit = "m", .per_axis = true}},
-                     {&BodyInput::radius, {.name = "radius", .what = "(outer) radius", .unit = "m", .min = 0, .open_min = true}},
-                     {&BodyInput::inner_radius, {.name = "inner_radius", .what = "inner radius of a ring or hollow cylinder", .unit = "m", .min = 0}},
-                     {&BodyInput::height, {.name = "height", .what = "length of a cylinder along its axis", .unit = "m", .min = 0, .open_min = true}},
-                     {&BodyInput::axis, {.name = "axis", .what = "axis of a cylinder, or of a mesh whose faces inner and outer carry tractions", .default_text = "\"z\"", .choices = {"x", "y", "z"}}},
-                     {&BodyInput::angle, {.name = "angle", .what = "first and last angle of a part of a ring or cylinder, from the first of the two axes across to the second", .unit = "degree", .default_text = "[0, 360]", .min = -360, .max = 720}},
-                     {&BodyInput::lower, {.name = "lower", .what = "smallest coordinates of a box", .unit = "m", .per_axis = true}},
-                     {&BodyInput::upper, {.name = "upper", .what = "largest coordinates of a box", .unit = "m", .per_axis = true}},
-                     {&BodyInput::cells, {.name = "cells", .what = "particle cells: sub-cells of the grid, or polar cells with exact volumes (ring, hollow cylinder)", .default_text = "\"cartesian\"", .choices = {"cartesian", "polar"}}},
-                     {&BodyInput::radial, {.name = "radial", .what = "polar cells along the radius", .default_text = "from particles_per_cell", .min = 1}},
-                     {&BodyInput::angular, {.name = "angular", .what = "polar cells along the angle", .default_text = "from particles_per_cell", .min = 1}},
-                     {&BodyInput::layers, {.name = "layers", .what = "polar cells along the axis of a cylinder", .default_text = "from particles_per_cell", .min = 1}},
-                     {&BodyInput::file, {.name = "file", .what = "relative to the case file. Of shape particles a CSV file: columns x, y, z, volume and optional half-edge vectors r1x, r1y, ..; of shape mesh a Gmsh file (.msh, 2.2 or 4.1)", }},
-                     {&BodyInput::group, {.name = "group", .what = "physical group of the mesh", .default_text = "all elements"}},
-                     {&BodyInput::seeding, {.name = "seeding", .what = "particles at the centres of equal sub-cells, or at Gauss points with Gauss's weights (method.domain point)", .default_text = "\"centres\"", .choices = {"centres", "gauss"}}},
-                     {&BodyInput::particles_per_cell, {.name = "particles_per_cell", .what = "particles of a whole cell (4 in 2D is 2 x 2), or one number per axis", .default_text = "2 per axis", .per_axis = true, .min = 1, .max = 1000}},
-                     {&BodyInput::velocity, {.name = "velocity", .what = "initial velocity", .unit = "m/s", .default_text = "0 per axis", .per_axis = true}},
-                     {&BodyInput::body_force, {.name = "body_force", .what = "force per mass, beside gravity; may use the initial place X, Y, Z", .unit = "m/s^2", .default_text = "0 per axis", .per_axis = true}}}};
+            .keys = {
+                {&BodyInput::name, {.name = "name", .what = "for messages", .default_text = "body and its number"}},
+                {&BodyInput::material, {.name = "material", .what = "name of a [[material]]", .required = true}},
+                {&BodyInput::shape, {.name = "shape", .what = "see `ordo list shapes`", .required = true, .choices = names}},
+                {&BodyInput::center, {.name = "center", .what = "centre of a round shape", .unit = "m", .per_axis = true}},
+                {&BodyInput::radius, {.name = "radius", .what = "(outer) radius", .unit = "m", .min = 0, .open_min = true}},
+                {&BodyInput::inner_radius, {.name = "inner_radius",
+                    .what = "inner radius of a ring or hollow cylinder", .unit = "m", .min = 0}},
+                {&BodyInput::height, {.name = "height",
+                    .what = "length of a cylinder along its axis", .unit = "m", .min = 0, .open_min = true}},
+                {&BodyInput::axis, {.name = "axis",
+                    .what = "axis of a cylinder, or of a mesh whose faces inner and outer carry tractions",
+                    .default_text = "\"z\"", .choices = {"x", "y", "z"}}},
+                {&BodyInput::angle, {.name = "angle",
+                    .what = "first and last angle of a part of a ring or cylinder, from the first of "
+                            "the two axes across to the second",
+                    .unit = "degree", .default_text = "[0, 360]", .min = -360, .max = 720}},
+                {&BodyInput::lower, {.name = "lower", .what = "smallest coordinates of a box", .unit = "m", .per_axis = true}},
+                {&BodyInput::upper, {.name = "upper", .what = "largest coordinates of a box", .unit = "m", .per_axis = true}},
+                {&BodyInput::cells, {.name = "cells",
+                    .what = "particle cells: sub-cells of the grid, or polar cells with exact volumes (ring, hollow cylinder)",
+                    .default_text = "\"cartesian\"", .choices = {"cartesian", "polar"}}},
+                {&BodyInput::radial, {.name = "radial",
+                    .what = "polar cells along the radius", .default_text = "from particles_per_cell", .min = 1}},
+                {&BodyInput::angular, {.name = "angular",
+                    .what = "polar cells along the angle", .default_text = "from particles_per_cell", .min = 1}},
+                {&BodyInput::layers, {.name = "layers",
+                    .what = "polar cells along the axis of a cylinder", .default_text = "from particles_per_cell", .min = 1}},
+                {&BodyInput::file, {.name = "file",
+                    .what = "relative to the case file. Of shape particles a CSV file: columns x, y, z, volume and optional "
+                            "half-edge vectors r1x, r1y, ..; of shape mesh a Gmsh file (.msh, 2.2 or 4.1)"}},
+                {&BodyInput::group, {.name = "group", .what = "physical group of the mesh", .default_text = "all elements"}},
+                {&BodyInput::seeding, {.name = "seeding",
+                    .what = "particles at the centres of equal sub-cells, or at Gauss points with Gauss's weights "
+                            "(method.domain point)",
+                    .default_text = "\"centres\"", .choices = {"centres", "gauss"}}},
+                {&BodyInput::particles_per_cell, {.name = "particles_per_cell",
+                    .what = "particles of a whole cell (4 in 2D is 2 x 2), or one number per axis", .default_text = "2 per axis",
+                    .per_axis = true, .min = 1, .max = 1000}},
+                {&BodyInput::velocity, {.name = "velocity",
+                    .what = "initial velocity", .unit = "m/s", .default_text = "0 per axis", .per_axis = true}},
+                {&BodyInput::body_force, {.name = "body_force",
+                    .what = "force per mass, beside gravity; may use the initial place X, Y, Z", .unit = "m/s^2",
+                    .default_text = "0 per axis", .per_axis = true}}}};
     }();
     return s;
 }
@@ -126,22 +180,46 @@ const Section<BodyInput>& body_section()
 const Section<BoundaryInput>& boundary_section()
 {
     static const Section<BoundaryInput> s{
-        .name = "boundary", .what = "A condition on the nodes of a face, or of a plane parallel to it and all nodes beyond. It stays in its place and does not follow the material. Faces without one are free: particles that leave there end the run. Later entries win where they meet.", .repeated = true,
-        .keys = {{&BoundaryInput::face, {.name = "face", .what = "one face or a list of them", .required = true, .choices = kFaces}},
-                 {&BoundaryInput::type, {.name = "type", .what = "fixed: no velocity; symmetry: none across the plane (slip); velocity: prescribed by value, particles near it gain what leads its nodes there (with value 0 this is not fixed, which leaves them alone); periodic: both faces of the axis are one; free: no condition", .required = true, .choices = {"fixed", "symmetry", "velocity", "periodic", "free"}}},
-                 {&BoundaryInput::at_coordinate, {.name = "at", .what = "coordinate of the plane; between nodes it acts from the first node beyond", .unit = "m", .default_text = "the face of the grid"}},
-                 {&BoundaryInput::value, {.name = "value", .what = "velocity per axis; \"free\" leaves an axis alone", .unit = "m/s", .per_axis = true}}}};
+        .name = "boundary",
+        .what = "A condition on the nodes of a face, or of a plane parallel to it and all nodes beyond. It stays in its place "
+                "and does not follow the material. Faces without one are free: particles that leave there end the run. Later "
+                "entries win where they meet.",
+        .repeated = true,
+        .keys = {
+            {&BoundaryInput::face, {.name = "face", .what = "one face or a list of them", .required = true, .choices = kFaces}},
+            {&BoundaryInput::type, {.name = "type",
+                .what = "fixed: no velocity; symmetry: none across the plane (slip); velocity: prescribed by value, particles "
+                        "near it gain what leads its nodes there (with value 0 this is not fixed, which leaves them alone); "
+                        "periodic: both faces of the axis are one; free: no condition",
+                .required = true, .choices = {"fixed", "symmetry", "velocity", "periodic", "free"}}},
+            {&BoundaryInput::at_coordinate, {.name = "at",
+                .what = "coordinate of the plane; between nodes it acts from the first node beyond", .unit = "m",
+                .default_text = "the face of the grid"}},
+            {&BoundaryInput::value, {.name = "value",
+                .what = "velocity per axis; \"free\" leaves an axis alone", .unit = "m/s", .per_axis = true}}}};
     return s;
 }
 
 const Section<TractionInput>& traction_section()
 {
     static const Section<TractionInput> s{
-        .name = "traction", .what = "A pressure or traction on faces of a body: on the outer faces of its particles' domains (of points: of the sub-cells that they were seeded in), with which it moves. Several entries add up.", .repeated = true,
-        .keys = {{&TractionInput::body, {.name = "body", .what = "name of the [[body]]", .required = true}},
-                 {&TractionInput::face, {.name = "face", .what = "which outer faces, one or a list: x-min has those whose outward normal at the start points most along -x, inner and outer those that look to and from the center of a round body, all every face", .required = true, .choices = kBodyFaces}},
-                 {&TractionInput::type, {.name = "type", .what = "pressure: against the normal, which follows the face; traction: in a fixed direction, by current area; dead: in a fixed direction, by initial area", .choices = {"pressure", "traction", "dead"}}},
-                 {&TractionInput::value, {.name = "value", .what = "one number or expression for a pressure, else one per axis; may use the initial place X, Y, Z", .unit = "Pa", .required = true}}}};
+        .name = "traction",
+        .what = "A pressure or traction on faces of a body: on the outer faces of its particles' domains (of points: of the "
+                "sub-cells that they were seeded in), with which it moves. Several entries add up.",
+        .repeated = true,
+        .keys = {
+            {&TractionInput::body, {.name = "body", .what = "name of the [[body]]", .required = true}},
+            {&TractionInput::face, {.name = "face",
+                .what = "which outer faces, one or a list: x-min has those whose outward normal at the start points most along "
+                        "-x, inner and outer those that look to and from the center of a round body, all every face",
+                .required = true, .choices = kBodyFaces}},
+            {&TractionInput::type, {.name = "type",
+                .what = "pressure: against the normal, which follows the face; traction: in a fixed direction, by current area; "
+                        "dead: in a fixed direction, by initial area",
+                .choices = {"pressure", "traction", "dead"}}},
+            {&TractionInput::value, {.name = "value",
+                .what = "one number or expression for a pressure, else one per axis; may use the initial place X, Y, Z",
+                .unit = "Pa", .required = true}}}};
     return s;
 }
 
@@ -152,11 +230,15 @@ const Section<OutputInput>& output_section()
         for (const auto& f : output_fields()) names.push_back(f.first);
         return Section<OutputInput>{
             .name = "output", .what = "What is written where.",
-            .keys = {{&OutputInput::directory, {.name = "directory", .what = "where files go, relative to the working directory", .default_text = "results/NAME of the case"}},
-                     {&OutputInput::interval, {.name = "interval", .what = "time between particle files", .unit = "s", .default_text = "end/50", .min = 0, .open_min = true}},
-                     {&OutputInput::fields, {.name = "fields", .what = "particle fields to write", .choices = names}},
-                     {&OutputInput::grid, {.name = "grid", .what = "write the grid too, grid_*.vti"}},
-                     {&OutputInput::history_interval, {.name = "history_interval", .what = "steps between rows of history.csv and of probes", .min = 1}}}};
+            .keys = {
+                {&OutputInput::directory, {.name = "directory",
+                    .what = "where files go, relative to the working directory", .default_text = "results/NAME of the case"}},
+                {&OutputInput::interval, {.name = "interval",
+                    .what = "time between particle files", .unit = "s", .default_text = "end/50", .min = 0, .open_min = true}},
+                {&OutputInput::fields, {.name = "fields", .what = "particle fields to write", .choices = names}},
+                {&OutputInput::grid, {.name = "grid", .what = "write the grid too, grid_*.vti"}},
+                {&OutputInput::history_interval, {.name = "history_interval",
+                    .what = "steps between rows of history.csv and of probes", .min = 1}}}};
     }();
     return s;
 }
@@ -164,19 +246,34 @@ const Section<OutputInput>& output_section()
 const Section<CheckpointInput>& checkpoint_section()
 {
     static const Section<CheckpointInput> s{
-        .name = "checkpoint", .what = "When the state of the run is written to DIR/checkpoint_*.h5, for `ordo run --restart`. SIGINT, SIGTERM and SIGHUP write one too.",
-        .keys = {{&CheckpointInput::steps, {.name = "steps", .what = "steps from one to the next", .default_text = "none", .min = 1}},
-                 {&CheckpointInput::wall_minutes, {.name = "wall_minutes", .what = "time on the clock from one to the next", .unit = "min", .default_text = "none", .min = 0, .open_min = true}},
-                 {&CheckpointInput::keep, {.name = "keep", .what = "how many of the last are kept", .min = 1}}}};
+        .name = "checkpoint",
+        .what = "When the state of the run is written to DIR/checkpoint_*.h5, for `ordo run --restart`. SIGINT, SIGTERM and "
+                "SIGHUP write one too.",
+        .keys = {
+            {&CheckpointInput::steps, {.name = "steps", .what = "steps from one to the next", .default_text = "none", .min = 1}},
+            {&CheckpointInput::wall_minutes, {.name = "wall_minutes",
+                .what = "time on the clock from one to the next", .unit = "min", .default_text = "none", .min = 0,
+                .open_min = true}},
+            {&CheckpointInput::keep, {.name = "keep", .what = "how many of the last are kept", .min = 1}}}};
     return s;
 }
 
 const Section<WatchInput>& watch_section()
 {
     static const Section<WatchInput> s{
-        .name = "watch", .what = "What ends a run. Particles that turn inside out, leave the grid or are no numbers, and mass matrices that are not solved, always do; what is not fatal is a warning.",
-        .keys = {{&WatchInput::fatal, {.name = "fatal", .what = "energy: more of it than energy_growth allows; time-step: a dt that particles have outrun; dropped-pivots: fits that too few particles determine (no warning: they are in history.csv)", .choices = {WatchSpec::names.begin(), WatchSpec::names.end()}}},
-                 {&WatchInput::energy_growth, {.name = "energy_growth", .what = "how much kinetic, strain and gravity's potential energy together may grow, as a part of kinetic and strain energy at the start and what gravity has given since; boundaries, tractions and body forces that do work need more", .default_text = "not watched", .min = 0}}}};
+        .name = "watch",
+        .what = "What ends a run. Particles that turn inside out, leave the grid or are no numbers, and mass matrices that are "
+                "not solved, always do; what is not fatal is a warning.",
+        .keys = {
+            {&WatchInput::fatal, {.name = "fatal",
+                .what = "energy: more of it than energy_growth allows; time-step: a dt that particles have outrun; "
+                        "dropped-pivots: fits that too few particles determine (no warning: they are in history.csv)",
+                .choices = {WatchSpec::names.begin(), WatchSpec::names.end()}}},
+            {&WatchInput::energy_growth, {.name = "energy_growth",
+                .what = "how much kinetic, strain and gravity's potential energy together may grow, as a part of kinetic and "
+                        "strain energy at the start and what gravity has given since; boundaries, tractions and body forces "
+                        "that do work need more",
+                .default_text = "not watched", .min = 0}}}};
     return s;
 }
 
@@ -184,13 +281,17 @@ const Section<ProbeInput>& probe_section()
 {
     static const Section<ProbeInput> s{
         .name = "probe", .what = "A particle to follow, or a point in space to watch: probe_NAME.csv.", .repeated = true,
-        .keys = {{&ProbeInput::name, {.name = "name", .what = "part of the file's name", .required = true}},
-                 {&ProbeInput::particle, {.name = "particle", .what = "the particle that starts nearest to this place", .unit = "m", .per_axis = true}},
-                 {&ProbeInput::point, {.name = "point", .what = "a fixed place; velocity and density are those of the grid, from the first step on", .unit = "m", .per_axis = true}}}};
+        .keys = {
+            {&ProbeInput::name, {.name = "name", .what = "part of the file's name", .required = true}},
+            {&ProbeInput::particle, {.name = "particle",
+                .what = "the particle that starts nearest to this place", .unit = "m", .per_axis = true}},
+            {&ProbeInput::point, {.name = "point",
+                .what = "a fixed place; velocity and density are those of the grid, from the first step on", .unit = "m",
+                .per_axis = true}}}};
     return s;
 }
-
 // clang-format on
+
 // ---- reading ---------------------------------------------------------------------------------------------------------
 
 /// Parts of a dotted key; those of the schema have four at most, such as body.0.velocity.1 of --set.
@@ -459,15 +560,17 @@ Material resolve_material(const MaterialInput& in, int dim)
     return m;
 }
 
-/// Checks that a body has the keys of its shape and no others, and fills defaults.
-void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
+void require_known_material(const BodyInput& in, const CaseInput& c)
 {
-    if (in.name.empty()) in.name = fmt::format("body {}", index);
     std::vector<std::string> materials;
     for (const MaterialInput& m : c.materials) materials.push_back(m.name);
     if (std::find(materials.begin(), materials.end(), in.material) == materials.end())
         in.fail("material", "there is no [[material]] called \"" + in.material + "\". " + suggestion(in.material, materials));
+}
 
+/// Checks that the shape exists in `dim` dimensions and that the body has its keys and no others.
+void require_keys_of_shape(const BodyInput& in, int dim)
+{
     const ShapeInfo& shape =
         *std::find_if(shapes().begin(), shapes().end(), [&](const ShapeInfo& s) { return s.name == in.shape; });
     if (dim < shape.min_dim || dim > shape.max_dim) {
@@ -485,7 +588,11 @@ void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
     for (const auto& [key, place] : in.at)
         if (std::find(allowed.begin(), allowed.end(), key) == allowed.end())
             in.fail(key, fmt::format("has no meaning for the shape \"{}\"; remove it", in.shape));
+}
 
+/// Checks lengths and angles against each other, and what polar cells need.
+void validate_geometry(const BodyInput& in, int dim)
+{
     if (in.shape == "box")
         for (int a = 0; a < dim; ++a)
             if (!(in.lower[a] < in.upper[a]))
@@ -501,20 +608,32 @@ void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
     for (const char* key : {"radial", "angular", "layers"})
         if (in.has(key) && !polar) in.fail(key, "needs cells = \"polar\"");
     if (polar && in.has("seeding")) in.fail("seeding", "needs cells = \"cartesian\"");
+}
 
-    if (in.shape != "particles" && in.shape != "mesh") {
-        std::vector<int>& n = in.particles_per_cell;
-        if (n.empty()) n.assign(static_cast<std::size_t>(dim), 2);
-        if (n.size() == 1 && dim > 1) {
-            const int per_axis = static_cast<int>(std::lround(std::pow(n[0], 1.0 / dim)));
-            const int whole    = static_cast<int>(std::lround(std::pow(per_axis, dim)));
-            if (whole != n[0])
-                in.fail("particles_per_cell", fmt::format("counts the whole cell and must be a power {} of a whole number (got "
-                                                          "{}, nearest {}); or give one number per axis",
-                                                          dim, n[0], whole));
-            n.assign(static_cast<std::size_t>(dim), per_axis);
-        }
+/// Makes it one number per axis, 2 by default.
+void resolve_particles_per_cell(BodyInput& in, int dim)
+{
+    std::vector<int>& n = in.particles_per_cell;
+    if (n.empty()) n.assign(static_cast<std::size_t>(dim), 2);
+    if (n.size() == 1 && dim > 1) {
+        const int per_axis = static_cast<int>(std::lround(std::pow(n[0], 1.0 / dim)));
+        const int whole    = static_cast<int>(std::lround(std::pow(per_axis, dim)));
+        if (whole != n[0])
+            in.fail("particles_per_cell", fmt::format("counts the whole cell and must be a power {} of a whole number (got "
+                                                      "{}, nearest {}); or give one number per axis",
+                                                      dim, n[0], whole));
+        n.assign(static_cast<std::size_t>(dim), per_axis);
     }
+}
+
+/// Checks a body and fills its defaults; its place in the input names it where it has no name.
+void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
+{
+    if (in.name.empty()) in.name = fmt::format("body {}", index);
+    require_known_material(in, c);
+    require_keys_of_shape(in, dim);
+    validate_geometry(in, dim);
+    if (in.shape != "particles" && in.shape != "mesh") resolve_particles_per_cell(in, dim);
     auto zeros = [&](std::vector<Expression>& v) {
         if (v.empty()) v.assign(static_cast<std::size_t>(dim), Expression{});
     };
@@ -583,30 +702,32 @@ void require_unique_names(const std::vector<T>& items, const char* what)
             item.fail("name", fmt::format("there is another {} called \"{}\"; names must differ", what, item.name));
 }
 
-void validate(CaseInput& c, const std::filesystem::path& file)
+void validate_grid(const GridInput& grid)
+{
+    double cells = 1;
+    for (int a = 0; a < grid.dim; ++a) {
+        const double n = grid.size[a] / grid.spacing[a];
+        cells *= n;
+        if (std::fabs(n - std::round(n)) > 1e-6 * std::max(1.0, n) || std::round(n) < 1)
+            grid.fail("spacing",
+                      fmt::format("must divide the size {} of axis {} into whole cells (got {}); {} would", grid.size[a],
+                                  "xyz"[a], grid.spacing[a], grid.size[a] / std::max(1.0, std::round(n))));
+        if (n > 1e6) grid.fail("spacing", fmt::format("gives {:.3g} cells along axis {}; at most 1e6 are allowed", n, "xyz"[a]));
+    }
+    if (cells > 1e11) grid.fail("spacing", fmt::format("gives {:.3g} cells; at most 1e11 are allowed", cells));
+}
+
+/// The path of a body's file, which the input gives relative to that of the case.
+std::string resolve_path(const std::string& name, const std::filesystem::path& case_file)
+{
+    const std::filesystem::path given(name);
+    return (given.is_absolute() ? given : std::filesystem::absolute(case_file).parent_path() / given).lexically_normal().string();
+}
+
+void validate_materials_and_bodies(CaseInput& c, const std::filesystem::path& file)
 {
     const int dim = c.grid.dim;
     const Place top{file.string(), 0, 0};
-    if (c.grid.origin.empty()) c.grid.origin.assign(static_cast<std::size_t>(dim), 0.0);
-    if (c.gravity.empty()) c.gravity.assign(static_cast<std::size_t>(dim), 0.0);
-    double cells = 1;
-    for (int a = 0; a < dim; ++a) {
-        const double n = c.grid.size[a] / c.grid.spacing[a];
-        cells *= n;
-        if (std::fabs(n - std::round(n)) > 1e-6 * std::max(1.0, n) || std::round(n) < 1)
-            c.grid.fail("spacing",
-                        fmt::format("must divide the size {} of axis {} into whole cells (got {}); {} would", c.grid.size[a],
-                                    "xyz"[a], c.grid.spacing[a], c.grid.size[a] / std::max(1.0, std::round(n))));
-        if (n > 1e6)
-            c.grid.fail("spacing", fmt::format("gives {:.3g} cells along axis {}; at most 1e6 are allowed", n, "xyz"[a]));
-    }
-    if (cells > 1e11) c.grid.fail("spacing", fmt::format("gives {:.3g} cells; at most 1e11 are allowed", cells));
-
-    c.spec = resolve_method(c.method);
-
-    if (c.time.dt && c.time.cfl) c.time.fail("cfl", "excludes dt; give one of them");
-    if (!c.time.dt && !c.time.cfl) c.time.cfl = 0.4;
-
     if (c.materials.empty()) fail(top, "material", "is missing; the case needs at least one [[material]]");
     if (c.bodies.empty()) fail(top, "body", "is missing; the case needs at least one [[body]]");
     require_unique_names(c.materials, "material");
@@ -614,16 +735,14 @@ void validate(CaseInput& c, const std::filesystem::path& file)
     for (std::size_t k = 0; k < c.bodies.size(); ++k) {
         BodyInput& b = c.bodies[k];
         validate_body(b, static_cast<int>(k), dim, c);
-        if (!b.file.empty()) {
-            const std::filesystem::path given(b.file);
-            b.file =
-                (given.is_absolute() ? given : std::filesystem::absolute(file).parent_path() / given).lexically_normal().string();
-        }
+        if (!b.file.empty()) b.file = resolve_path(b.file, file);
     }
     require_unique_names(c.bodies, "body");
-    for (BoundaryInput& b : c.boundaries) validate_boundary(b, dim, c.grid);
-    for (TractionInput& t : c.tractions) validate_traction(t, dim, c.bodies);
+}
 
+/// Fills the defaults of the output, and checks its fields.
+void validate_output(CaseInput& c, const std::filesystem::path& file)
+{
     if (!c.output.interval) c.output.interval = std::max(c.time.end / 50, std::numeric_limits<double>::min());
     if (c.output.directory.empty()) {
         const std::filesystem::path absolute = std::filesystem::absolute(file).lexically_normal();
@@ -634,22 +753,48 @@ void validate(CaseInput& c, const std::filesystem::path& file)
         if (std::count(c.output.fields.begin(), c.output.fields.end(), f) > 1)
             c.output.fail("fields", "names \"" + f + "\" twice");
     require_carried(c);
-    for (const ProbeInput& p : c.probes) {
-        if (p.particle.empty() == p.point.empty()) p.fail("point", "give either particle or point");
-        if (!p.point.empty() && c.spec.enrichment == Enrichment::all)
-            p.fail("point", "watches the grid, where finite elements leave nothing; follow a particle");
-        if (p.name.empty() ||
-            p.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") != std::string::npos)
-            p.fail("name", "must be made of letters, digits, - and _, for it is part of a file's name");
-        const std::string key         = p.point.empty() ? "particle" : "point";
-        const std::vector<double>& at = p.point.empty() ? p.particle : p.point;
-        for (int a = 0; a < dim; ++a)
-            if (!(at[a] >= c.grid.origin[a] && at[a] <= c.grid.origin[a] + c.grid.size[a])) p.fail(key, "lies outside the grid");
-    }
-    require_unique_names(c.probes, "probe");
+}
+
+void validate_probe(const ProbeInput& p, const CaseInput& c)
+{
+    if (p.particle.empty() == p.point.empty()) p.fail("point", "give either particle or point");
+    if (!p.point.empty() && c.spec.enrichment == Enrichment::all)
+        p.fail("point", "watches the grid, where finite elements leave nothing; follow a particle");
+    if (p.name.empty() ||
+        p.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") != std::string::npos)
+        p.fail("name", "must be made of letters, digits, - and _, for it is part of a file's name");
+    const std::string key         = p.point.empty() ? "particle" : "point";
+    const std::vector<double>& at = p.point.empty() ? p.particle : p.point;
+    for (int a = 0; a < c.grid.dim; ++a)
+        if (!(at[a] >= c.grid.origin[a] && at[a] <= c.grid.origin[a] + c.grid.size[a])) p.fail(key, "lies outside the grid");
+}
+
+WatchSpec resolve_watch(const WatchInput& in)
+{
+    WatchSpec spec;
     for (int k = 0; k < WatchSpec::count; ++k)
-        c.watch_spec.is_fatal[k] = std::count(c.watch.fatal.begin(), c.watch.fatal.end(), WatchSpec::names[k]) > 0;
-    c.watch_spec.energy_growth = c.watch.energy_growth;
+        spec.is_fatal[k] = std::count(in.fatal.begin(), in.fatal.end(), WatchSpec::names[k]) > 0;
+    spec.energy_growth = in.energy_growth;
+    return spec;
+}
+
+/// Checks the whole case and fills defaults.
+void validate(CaseInput& c, const std::filesystem::path& file)
+{
+    const auto dim = static_cast<std::size_t>(c.grid.dim);
+    if (c.grid.origin.empty()) c.grid.origin.assign(dim, 0.0);
+    if (c.gravity.empty()) c.gravity.assign(dim, 0.0);
+    validate_grid(c.grid);
+    c.spec = resolve_method(c.method);
+    if (c.time.dt && c.time.cfl) c.time.fail("cfl", "excludes dt; give one of them");
+    if (!c.time.dt && !c.time.cfl) c.time.cfl = 0.4;
+    validate_materials_and_bodies(c, file);
+    for (BoundaryInput& b : c.boundaries) validate_boundary(b, c.grid.dim, c.grid);
+    for (TractionInput& t : c.tractions) validate_traction(t, c.grid.dim, c.bodies);
+    validate_output(c, file);
+    for (const ProbeInput& p : c.probes) validate_probe(p, c);
+    require_unique_names(c.probes, "probe");
+    c.watch_spec = resolve_watch(c.watch);
     for (const char* key : {"steps", "wall_minutes"})
         if (c.checkpoint.has(key) && !has_hdf5()) c.checkpoint.fail(key, kNoHdf5);
     if (c.output.grid && c.spec.enrichment == Enrichment::all)
@@ -663,29 +808,34 @@ const std::vector<ShapeInfo>& shapes()
 {
     static const std::vector<ShapeInfo> rows = {
         {"ball", "a ball; a disk in 2D, an interval in 1D", {"center", "radius"}, {"particles_per_cell", "seeding"}, 1, 3},
-        {"box", "a box; its own equal sub-cells, as close to the grid's as fit it exactly", {"lower", "upper"}, {"particles_per_cell", "seeding"}, 1, 3},
-        {"ring", "an annulus or a part of it", {"center", "inner_radius", "radius"}, {"angle", "cells", "radial", "angular", "particles_per_cell", "seeding"}, 2, 2},
-        {"cylinder", "a cylinder or tube along an axis, or a part of it", {"center", "radius", "height"}, {"inner_radius", "axis", "angle", "cells", "radial", "angular", "layers", "particles_per_cell", "seeding"}, 3, 3},
+        {"box", "a box; its own equal sub-cells, as close to the grid's as fit it exactly", {"lower", "upper"},
+         {"particles_per_cell", "seeding"}, 1, 3},
+        {"ring", "an annulus or a part of it", {"center", "inner_radius", "radius"},
+         {"angle", "cells", "radial", "angular", "particles_per_cell", "seeding"}, 2, 2},
+        {"cylinder", "a cylinder or tube along an axis, or a part of it", {"center", "radius", "height"},
+         {"inner_radius", "axis", "angle", "cells", "radial", "angular", "layers", "particles_per_cell", "seeding"}, 3, 3},
         {"particles", "material points from a CSV file", {"file"}, {}, 1, 3},
-        {"mesh", "the elements of a Gmsh mesh, one particle each; faces inner and outer need its center, in 3D also its axis", {"file"}, {"group", "center", "axis"}, 1, 3},
+        {"mesh", "the elements of a Gmsh mesh, one particle each; faces inner and outer need its center, in 3D also its axis",
+         {"file"}, {"group", "center", "axis"}, 1, 3},
     };
     return rows;
 }
+// clang-format on
 
 const std::vector<std::pair<std::string, std::string>>& output_fields()
 {
     static const std::vector<std::pair<std::string, std::string>> rows = [] {
         std::vector<std::pair<std::string, std::string>> r = {
-        {"displacement", "x - X, m"},
-        {"velocity", "m/s"},
-        {"stress", "Cauchy stress, 9 components, Pa"},
-        {"deformation_gradient", "F, 9 components"},
-        {"density", "m/V, kg/m^3"},
-        {"mass", "kg"},
-        {"volume", "J V0, m^3"},
-        {"pressure", "-tr(sigma)/3, Pa"},
-        {"von_mises", "von Mises stress, Pa"},
-        {"energy_density", "stored energy per current volume, J/m^3"},
+            {"displacement", "x - X, m"},
+            {"velocity", "m/s"},
+            {"stress", "Cauchy stress, 9 components, Pa"},
+            {"deformation_gradient", "F, 9 components"},
+            {"density", "m/V, kg/m^3"},
+            {"mass", "kg"},
+            {"volume", "J V0, m^3"},
+            {"pressure", "-tr(sigma)/3, Pa"},
+            {"von_mises", "von Mises stress, Pa"},
+            {"energy_density", "stored energy per current volume, J/m^3"},
         };
         for (const LawRow& law : laws())
             for (const HistoryColumn& c : law.history)
@@ -696,7 +846,6 @@ const std::vector<std::pair<std::string, std::string>>& output_fields()
     return rows;
 }
 
-// clang-format on
 CaseInput read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides)
 {
     toml::table root = parse_file(file);

@@ -23,8 +23,8 @@ struct AffineMomentum {
     }
 };
 
-/// The plain form for any shape: m_i = sum_p phi_ip m_p and (m v)_i = sum_p phi_ip m_p (v_p + L_p (x_i - x_p)), with nodes of splines at their Greville
-/// points. With L_p the velocity gradient Wallstedt & Guilkey (2007), with the affine matrix Jiang et al. (2015).
+/// The plain form for any shape: m_i = sum_p phi_ip m_p and (m v)_i = sum_p phi_ip m_p (v_p + L_p (x_i - x_p)). Nodes of splines are
+/// at their Greville points. L_p is the velocity gradient in Wallstedt & Guilkey (2007), the affine matrix in Jiang et al. (2015).
 template <Shape S>
 void project_affine(const Sweep<S::dim>& sweep, int begin, int end)
 {
@@ -40,8 +40,8 @@ void project_affine(const Sweep<S::dim>& sweep, int begin, int end)
     }
 }
 
-/// The plain form of the affine matrix for any shape: C_p = B_p D_p^-1, B_p = sum_i phi_ip v_i (x) (x_i - x_p), D_p = sum_i phi_ip (x_i - x_p) (x) (x_i - x_p)
-/// (Jiang et al. 2015), becomes L_p.
+/// The plain form for any shape: sets L_p to the affine matrix C_p = B_p D_p^-1 (Jiang et al. 2015), with
+/// B_p = sum_i phi_ip v_i (x) (x_i - x_p) and D_p = sum_i phi_ip (x_i - x_p) (x) (x_i - x_p).
 template <Shape S>
 void keep_affine(const Sweep<S::dim>& sweep, int begin, int end, TileReport&)
 {

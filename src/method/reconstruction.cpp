@@ -72,8 +72,38 @@ void fit_velocities(const Model<D>& model, const VelocityFitPasses<D>& passes, S
     add_reports(s, reports);
 }
 
+/// The cells that particles fill, by the sums of the first pass of fit_cells.
 template <int D>
-void fit_cells(const Model<D>& model, const CellFitPasses<D>& passes, State<D>& s, const Sweep<D>& sweep)
+struct FilledCells {
+    const Lattice<D>& grid;
+    const Tiles<D>& tiles;
+    const Lanes* contents;
+
+    const Lanes& content(const Index<D>& cell) const { return contents[grid.offset(cell)]; }
+    bool is_filled(const Index<D>& cell) const { return content(cell)[NodeLane::volume] > 0; }
+    /// f(cell) for the filled cells of block k.
+    template <class F>
+    void for_each(std::ptrdiff_t k, const F& f) const
+    {
+        tiles.nodes_of(tiles.blocks()[k]).for_each([&](const Index<D>& cell) {
+            if (grid.has_cell(cell) && is_filled(cell)) f(cell);
+        });
+    }
+    /// Whether a neighbour of the cell is in the grid and empty.
+    bool is_at_edge(const Index<D>& cell) const
+    {
+        bool r = false;
+        IndexBox<D>::around(cell, 1).for_each([&](const Index<D>& at) {
+            const Index<D> there = grid.inside_period(at);
+            r                    = r || (grid.has_cell(there) && !(tiles.is_active(there) && is_filled(there)));
+        });
+        return r;
+    }
+};
+
+/// Sums over particles: `contents` of cells, and the records of their fits.
+template <int D>
+void spread_to_cells(const CellFitPasses<D>& passes, State<D>& s, const Sweep<D>& sweep)
 {
     make_room(s.cell_records, s.nodes.size(), passes.size);
     make_room(s.cell_contents, s.nodes.size());
@@ -84,44 +114,44 @@ void fit_cells(const Model<D>& model, const CellFitPasses<D>& passes, State<D>& 
     s.halo.add_records(records, passes.size);
     s.halo.add_records(contents, 1);
     s.halo.copy_records(contents, 1);
+}
 
-    const Lattice<D>& g  = s.lattice;
-    auto volume_inside   = [&](const Index<D>& cell) { return contents[g.offset(cell)][NodeLane::volume]; };
-    const auto& blocks   = s.tiles.blocks();
-    auto for_each_filled = [&](std::ptrdiff_t k, auto&& f) {
-        s.tiles.nodes_of(blocks[k]).for_each([&](const Index<D>& cell) {
-            if (g.has_cell(cell) && volume_inside(cell) > 0) f(cell);
-        });
-    };
+/// Makes room for the points of all filled cells and sorts them by colour. Returns the first point of each block, and their number.
+template <int D>
+std::vector<int> number_points(const CellFitPasses<D>& passes, const FilledCells<D>& cells, State<D>& s, bool has_body_force)
+{
+    const auto& blocks = s.tiles.blocks();
     std::vector<int> first(blocks.size() + 1, 0);
     s.tiles.for_each_block(
-        [&](std::ptrdiff_t k) { for_each_filled(k, [&](const Index<D>&) { first[k + 1] += passes.per_cell; }); });
+        [&](std::ptrdiff_t k) { cells.for_each(k, [&](const Index<D>&) { first[k + 1] += passes.per_cell; }); });
     for (std::size_t k = 0; k < blocks.size(); ++k) first[k + 1] += first[k];
-    s.points.resize(first.back(), sweep.p.b != nullptr);
+    s.points.resize(first.back(), has_body_force);
     for (auto& colour : s.points.colours) colour.clear();
     for (std::size_t k = 0; k < blocks.size(); ++k)
         if (first[k + 1] > first[k]) s.points.colours[Tiles<D>::colour(blocks[k])].push_back({first[k], first[k + 1]});
+    return first;
+}
+
+template <int D>
+void fit_cells(const Model<D>& model, const CellFitPasses<D>& passes, State<D>& s, const Sweep<D>& sweep)
+{
+    spread_to_cells(passes, s, sweep);
+    const Lattice<D>& g = s.lattice;
+    const FilledCells<D> cells{g, s.tiles, s.cell_contents.data()};
+    const std::vector<int> first = number_points(passes, cells, s, sweep.p.b != nullptr);
 
     double whole = 1.0;
     for (int a = 0; a < D; ++a) whole *= g.h[a];
-    /// Whether a cell beside it, of the grid, is empty.
-    auto is_at_edge = [&](const Index<D>& cell) {
-        bool r = false;
-        IndexBox<D>::around(cell, 1).for_each([&](const Index<D>& at) {
-            const Index<D> there = g.inside_period(at);
-            r                    = r || (g.has_cell(there) && !(s.tiles.is_active(there) && volume_inside(there) > 0));
-        });
-        return r;
-    };
-    std::vector<FitReport> reports(blocks.size());
+    Lanes* records = s.cell_records.data();
+    std::vector<FitReport> reports(s.tiles.blocks().size());
     const ParticleView<D> q = s.points.view();
     s.tiles.for_each_block([&](std::ptrdiff_t k) {
         int point = first[k];
-        for_each_filled(k, [&](const Index<D>& cell) {
-            const Lanes& content = contents[g.offset(cell)];
+        cells.for_each(k, [&](const Index<D>& cell) {
+            const Lanes& content = cells.content(cell);
             double V             = whole;
             Vec<D> distance{};
-            const bool is_edge = model.method.cell_volume == CellVolume::filled && is_at_edge(cell);
+            const bool is_edge = model.method.cell_volume == CellVolume::filled && cells.is_at_edge(cell);
             if (is_edge) {
                 const Vec<D> center = g.cell_center(cell);
                 V                   = std::min(whole, content[NodeLane::volume]);

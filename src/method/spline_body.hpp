@@ -53,7 +53,8 @@ template <int D>
 std::vector<Cover> cover_by_particles(const Model<D>& model, const Particles<D>& p, const Array<int>& order,
                                       const std::vector<int>& first);
 
-/// The cells and points where all splines of the space of velocities whose coefficients are in lanes of `surface` are negative; and the penalties of both spaces. `rough`: see cover_by_particles.
+/// Finds the cells and points inside the body, and the penalties of both spaces. Inside, all level sets are negative: splines of the
+/// space of velocities, with coefficients in the lanes of `surface`. `rough`: see cover_by_particles.
 template <int D>
 void find_body(const Model<D>& model, const SplineSpace<D>& v_space, const SplineSpace<D>& s_space, const Lanes* surface,
                const std::vector<Cover>& rough, int points, SplineBody<D>& body);

@@ -20,99 +20,155 @@ struct AxisRow {
     std::span<const Choice<E>> choices;
 };
 
-// clang-format off
 constexpr Choice<Basis> choices_of_basis[] = {
-        {Basis::hat, "hat", "piecewise linear"},
-        {Basis::bspline2, "bspline2", "quadratic splines, knots clamped at the grid's faces (Wobbes et al. 2020)"},
-        {Basis::bspline3, "bspline3", "cubic splines, knots clamped at the grid's faces"},
-        {Basis::bspline4, "bspline4", "the same of degree 4, of projection spline-fit"},
-        {Basis::bspline5, "bspline5", "the same of degree 5"},
-        {Basis::ddmpm, "ddmpm", "hats with the dual-domain gradient (Zhang et al. 2011; Wobbes et al. 2020)"}};
+    {Basis::hat, "hat", "piecewise linear"},
+    {Basis::bspline2, "bspline2", "quadratic splines, knots clamped at the grid's faces (Wobbes et al. 2020)"},
+    {Basis::bspline3, "bspline3", "cubic splines, knots clamped at the grid's faces"},
+    {Basis::bspline4, "bspline4", "the same of degree 4, of projection spline-fit"},
+    {Basis::bspline5, "bspline5", "the same of degree 5"},
+    {Basis::ddmpm, "ddmpm", "hats with the dual-domain gradient (Zhang et al. 2011; Wobbes et al. 2020)"}};
 constexpr AxisRow<Basis> row_of(Basis) { return {"basis", "shape functions N_i of the background grid", choices_of_basis}; }
+
 constexpr Choice<Domain> choices_of_domain[] = {
-        {Domain::point, "point", "phi_ip = N_i(x_p)"},
-        {Domain::box, "box", "a box of fixed size (uGIMP)"},
-        {Domain::stretched_box, "stretched-box", "a box stretched by the diagonal of F (cpGIMP)"},
-        {Domain::parallelepiped, "parallelepiped", "a parallelepiped r = F r0 (CPDI1)"},
-        {Domain::cell, "cell", "a cell of a mesh with shared corners that move (CPDI2)"},
-        {Domain::simplex, "simplex", "the same, built-in shapes cut into triangles or tetrahedra (CPDI-T)"}};
+    {Domain::point, "point", "phi_ip = N_i(x_p)"},
+    {Domain::box, "box", "a box of fixed size (uGIMP)"},
+    {Domain::stretched_box, "stretched-box", "a box stretched by the diagonal of F (cpGIMP)"},
+    {Domain::parallelepiped, "parallelepiped", "a parallelepiped r = F r0 (CPDI1)"},
+    {Domain::cell, "cell", "a cell of a mesh with shared corners that move (CPDI2)"},
+    {Domain::simplex, "simplex", "the same, built-in shapes cut into triangles or tetrahedra (CPDI-T)"}};
 constexpr AxisRow<Domain> row_of(Domain) { return {"domain", "the region that a particle stands for", choices_of_domain}; }
+
 constexpr Choice<CornerWeights> choices_of_corner_weights[] = {
-        {CornerWeights::exact, "exact", "integrals over the cell"},
-        {CornerWeights::mean, "mean", "the mean of the corners (Sadeghirad et al. 2013), exact for parallelepipeds"}};
-constexpr AxisRow<CornerWeights> row_of(CornerWeights) { return {"cell_weights", "weights of the corners of a cell", choices_of_corner_weights}; }
+    {CornerWeights::exact, "exact", "integrals over the cell"},
+    {CornerWeights::mean, "mean", "the mean of the corners (Sadeghirad et al. 2013), exact for parallelepipeds"}};
+constexpr AxisRow<CornerWeights> row_of(CornerWeights)
+{
+    return {"cell_weights", "weights of the corners of a cell", choices_of_corner_weights};
+}
+
 constexpr Choice<Enrichment> choices_of_enrichment[] = {
-        {Enrichment::none, "none", "all corners spread to the grid"},
-        {Enrichment::interface, "interface", "corners that cells of different bodies share"},
-        {Enrichment::adjacent, "adjacent", "all corners of the cells that have one of those"},
-        {Enrichment::layers, "layers", "the same, over as many layers of cells as `layers` says"},
-        {Enrichment::all, "all", "every corner: finite elements of one point"}};
-constexpr AxisRow<Enrichment> row_of(Enrichment) { return {"enrichment", "corners of cells that are degrees of freedom of their own, beside the grid's nodes, where no other body is near (Sadeghirad et al. 2013)", choices_of_enrichment}; }
+    {Enrichment::none, "none", "all corners spread to the grid"},
+    {Enrichment::interface, "interface", "corners that cells of different bodies share"},
+    {Enrichment::adjacent, "adjacent", "all corners of the cells that have one of those"},
+    {Enrichment::layers, "layers", "the same, over as many layers of cells as `layers` says"},
+    {Enrichment::all, "all", "every corner: finite elements of one point"}};
+constexpr AxisRow<Enrichment> row_of(Enrichment)
+{
+    return {"enrichment",
+            "corners of cells that are degrees of freedom of their own, beside the grid's nodes, where no other body is near "
+            "(Sadeghirad et al. 2013)",
+            choices_of_enrichment};
+}
+
 constexpr Choice<CornerVelocity> choices_of_corner_velocity[] = {
-        {CornerVelocity::remapped, "remapped", "projected from the particles, as that of nodes"},
-        {CornerVelocity::kept, "kept", "that of the last step, as in finite elements"}};
-constexpr AxisRow<CornerVelocity> row_of(CornerVelocity) { return {"corner_velocity", "velocity of enriched corners at the start of a step", choices_of_corner_velocity}; }
+    {CornerVelocity::remapped, "remapped", "projected from the particles, as that of nodes"},
+    {CornerVelocity::kept, "kept", "that of the last step, as in finite elements"}};
+constexpr AxisRow<CornerVelocity> row_of(CornerVelocity)
+{
+    return {"corner_velocity", "velocity of enriched corners at the start of a step", choices_of_corner_velocity};
+}
+
 constexpr Choice<Projection> choices_of_projection[] = {
-        {Projection::mass, "mass", "weighted by m_p phi_ip; conserves linear momentum"},
-        {Projection::gradient_enhanced, "gradient-enhanced", "the same of v_p + L_p (x_i - x_p) (Wallstedt & Guilkey 2007); conserves linear momentum where functions reproduce linear fields"},
-        {Projection::affine, "affine", "the same of v_p + C_p (x_i - x_p), C_p from the nodes (Jiang et al. 2015); conserves linear and, with update apic, angular momentum"},
-        {Projection::polynomial, "polynomial", "the same of a polynomial a particle, of `degree` an axis (Fu et al. 2017); conserves linear momentum"},
-        {Projection::mls, "mls", "moving least squares of `degree` at the nodes, degree 0 where they are singular (Gong 2015, sec. 5.3); does not conserve momentum"},
-        {Projection::imls, "imls", "the same, but only the monomials are left out that samples do not determine (Tran et al. 2019); does not conserve momentum"},
-        {Projection::tls, "tls", "Taylor least squares of `degree` a cell, at Gauss points (Wobbes et al. 2020); conserves mass and linear momentum"},
-        {Projection::spline_fit, "spline-fit", "the splines of `basis` that fit the particles best (docs/high_order.md); conserves momentum up to the error of the particles' masses as a quadrature"}};
-constexpr AxisRow<Projection> row_of(Projection) { return {"projection", "velocity from particles to nodes", choices_of_projection}; }
-constexpr Choice<Weight> choices_of_weight[] = {
-        {Weight::hat, "hat", "of support h"},
-        {Weight::quadratic, "quadratic", "quadratic spline of support 3h/2"},
-        {Weight::cubic, "cubic", "cubic spline of support 2h"}};
-constexpr AxisRow<Weight> row_of(Weight) { return {"weight", "weight of a sample at a node, of mls and imls", choices_of_weight}; }
+    {Projection::mass, "mass", "weighted by m_p phi_ip; conserves linear momentum"},
+    {Projection::gradient_enhanced, "gradient-enhanced",
+     "the same of v_p + L_p (x_i - x_p) (Wallstedt & Guilkey 2007); conserves linear momentum where functions reproduce linear "
+     "fields"},
+    {Projection::affine, "affine",
+     "the same of v_p + C_p (x_i - x_p), C_p from the nodes (Jiang et al. 2015); conserves linear and, with update apic, angular "
+     "momentum"},
+    {Projection::polynomial, "polynomial",
+     "the same of a polynomial a particle, of `degree` an axis (Fu et al. 2017); conserves linear momentum"},
+    {Projection::mls, "mls",
+     "moving least squares of `degree` at the nodes, degree 0 where they are singular (Gong 2015, sec. 5.3); does not conserve "
+     "momentum"},
+    {Projection::imls, "imls",
+     "the same, but only the monomials are left out that samples do not determine (Tran et al. 2019); does not conserve "
+     "momentum"},
+    {Projection::tls, "tls",
+     "Taylor least squares of `degree` a cell, at Gauss points (Wobbes et al. 2020); conserves mass and linear momentum"},
+    {Projection::spline_fit, "spline-fit",
+     "the splines of `basis` that fit the particles best (docs/high_order.md); conserves momentum up to the error of the "
+     "particles' masses as a quadrature"}};
+constexpr AxisRow<Projection> row_of(Projection)
+{
+    return {"projection", "velocity from particles to nodes", choices_of_projection};
+}
+
+constexpr Choice<Weight> choices_of_weight[] = {{Weight::hat, "hat", "of support h"},
+                                                {Weight::quadratic, "quadratic", "quadratic spline of support 3h/2"},
+                                                {Weight::cubic, "cubic", "cubic spline of support 2h"}};
+constexpr AxisRow<Weight> row_of(Weight)
+{
+    return {"weight", "weight of a sample at a node, of mls and imls", choices_of_weight};
+}
+
 constexpr Choice<Samples> choices_of_samples[] = {
-        {Samples::particles, "particles", "particles"},
-        {Samples::corners, "corners", "particles and the corners of their domains, v_c = v_p + L_p (x_c - x_p) (CPLS, Tran et al. 2019); shared corners once, with a velocity of their own"}};
+    {Samples::particles, "particles", "particles"},
+    {Samples::corners, "corners",
+     "particles and the corners of their domains, v_c = v_p + L_p (x_c - x_p) (CPLS, Tran et al. 2019); shared corners once, "
+     "with a velocity of their own"}};
 constexpr AxisRow<Samples> row_of(Samples) { return {"samples", "what mls and imls fit to", choices_of_samples}; }
+
 constexpr Choice<Tls> choices_of_tls[] = {
-        {Tls::both, "both", "density and momentum for the nodes' velocities, stress for the forces"},
-        {Tls::velocity, "velocity", "density and momentum; forces from the particles"},
-        {Tls::stress, "stress", "stress; velocities by projection mass"}};
+    {Tls::both, "both", "density and momentum for the nodes' velocities, stress for the forces"},
+    {Tls::velocity, "velocity", "density and momentum; forces from the particles"},
+    {Tls::stress, "stress", "stress; velocities by projection mass"}};
 constexpr AxisRow<Tls> row_of(Tls) { return {"tls", "what projection tls reconstructs", choices_of_tls}; }
+
 constexpr Choice<Quadrature> choices_of_quadrature[] = {
-        {Quadrature::particle, "particle", "sum over particle volumes; conserves mass and linear momentum"},
-        {Quadrature::cell, "cell", "one point a cell, mls of density, stress and body force (IMPM, Gong 2015, sec. 5.3); does not conserve mass"},
-        {Quadrature::gauss, "gauss", "2^D Gauss points a cell, Taylor least squares of stress and body force (Wobbes et al. 2020); of mass with projection tls"},
-        {Quadrature::spline, "spline", "Gauss points of splines of density, body force and stress that fit the particles best"}};
-constexpr AxisRow<Quadrature> row_of(Quadrature) { return {"quadrature", "integration of mass and forces", choices_of_quadrature}; }
+    {Quadrature::particle, "particle", "sum over particle volumes; conserves mass and linear momentum"},
+    {Quadrature::cell, "cell",
+     "one point a cell, mls of density, stress and body force (IMPM, Gong 2015, sec. 5.3); does not conserve mass"},
+    {Quadrature::gauss, "gauss",
+     "2^D Gauss points a cell, Taylor least squares of stress and body force (Wobbes et al. 2020); of mass with projection tls"},
+    {Quadrature::spline, "spline", "Gauss points of splines of density, body force and stress that fit the particles best"}};
+constexpr AxisRow<Quadrature> row_of(Quadrature)
+{
+    return {"quadrature", "integration of mass and forces", choices_of_quadrature};
+}
+
 constexpr Choice<CellVolume> choices_of_cell_volume[] = {
-        {CellVolume::full, "full", "the whole cell; wrong by O(h) where a body ends inside of it"},
-        {CellVolume::filled, "filled", "next to empty cells the volume of the particles inside, with the one point at their centroid, or their means at Gauss points"}};
-constexpr AxisRow<CellVolume> row_of(CellVolume) { return {"cell_volume", "volume of a cell in quadratures cell and gauss", choices_of_cell_volume}; }
+    {CellVolume::full, "full", "the whole cell; wrong by O(h) where a body ends inside of it"},
+    {CellVolume::filled, "filled",
+     "next to empty cells the volume of the particles inside, with the one point at their centroid, or their means at Gauss "
+     "points"}};
+constexpr AxisRow<CellVolume> row_of(CellVolume)
+{
+    return {"cell_volume", "volume of a cell in quadratures cell and gauss", choices_of_cell_volume};
+}
+
 constexpr Choice<MassMatrix> choices_of_mass_matrix[] = {
-        {MassMatrix::lumped, "lumped", "row sums"},
-        {MassMatrix::consistent, "consistent", "sum_p m_p phi_ip phi_jp, solved by conjugate gradients; rows below lump_below are lumped"}};
+    {MassMatrix::lumped, "lumped", "row sums"},
+    {MassMatrix::consistent, "consistent",
+     "sum_p m_p phi_ip phi_jp, solved by conjugate gradients; rows below lump_below are lumped"}};
 constexpr AxisRow<MassMatrix> row_of(MassMatrix) { return {"mass", "mass matrix of the nodes", choices_of_mass_matrix}; }
+
 constexpr Choice<Gradient> choices_of_gradient[] = {
-        {Gradient::shape, "shape", "sum_i v_i (x) grad phi_ip"},
-        {Gradient::adjoint, "adjoint", "quadratic-spline interpolation of the gradients at cell centres, the adjoint of quadrature cell (docs/design.md)"},
-        {Gradient::affine, "affine", "the affine matrix C_p, in forces too (MLS-MPM, Hu et al. 2018)"},
-        {Gradient::projected, "projected", "grad v_h projected onto the splines of the stress, the adjoint of quadrature spline"}};
+    {Gradient::shape, "shape", "sum_i v_i (x) grad phi_ip"},
+    {Gradient::adjoint, "adjoint",
+     "quadratic-spline interpolation of the gradients at cell centres, the adjoint of quadrature cell (docs/design.md)"},
+    {Gradient::affine, "affine", "the affine matrix C_p, in forces too (MLS-MPM, Hu et al. 2018)"},
+    {Gradient::projected, "projected", "grad v_h projected onto the splines of the stress, the adjoint of quadrature spline"}};
 constexpr AxisRow<Gradient> row_of(Gradient) { return {"gradient", "velocity gradient at the particle", choices_of_gradient}; }
+
 constexpr Choice<Update> choices_of_update[] = {
-        {Update::flip, "flip", "increments; a fraction pic_fraction takes the node velocity instead"},
-        {Update::apic, "apic", "node velocity and affine matrix (Jiang et al. 2015)"},
-        {Update::polypic, "polypic", "node velocity and polynomial (Fu et al. 2017)"}};
+    {Update::flip, "flip", "increments; a fraction pic_fraction takes the node velocity instead"},
+    {Update::apic, "apic", "node velocity and affine matrix (Jiang et al. 2015)"},
+    {Update::polypic, "polypic", "node velocity and polynomial (Fu et al. 2017)"}};
 constexpr AxisRow<Update> row_of(Update) { return {"update", "velocity from nodes to particles", choices_of_update}; }
+
 constexpr Choice<Scheme> choices_of_scheme[] = {
-        {Scheme::usf, "usf", "stress first, from the projected velocity"},
-        {Scheme::usl, "usl", "stress last, from the advanced velocity"},
-        {Scheme::musl, "musl", "stress last, from the velocity projected again after the particle update"},
-        {Scheme::rk3, "rk3", "Heun's three stages of third order, particles as their data"},
-        {Scheme::rk4, "rk4", "the four classical stages of fourth order"}};
+    {Scheme::usf, "usf", "stress first, from the projected velocity"},
+    {Scheme::usl, "usl", "stress last, from the advanced velocity"},
+    {Scheme::musl, "musl", "stress last, from the velocity projected again after the particle update"},
+    {Scheme::rk3, "rk3", "Heun's three stages of third order, particles as their data"},
+    {Scheme::rk4, "rk4", "the four classical stages of fourth order"}};
 constexpr AxisRow<Scheme> row_of(Scheme) { return {"scheme", "when the stress is updated", choices_of_scheme}; }
+
 constexpr Choice<Start> choices_of_start[] = {
-        {Start::leapfrog, "leapfrog", "the first kick is a half step: velocities live at t - dt/2"},
-        {Start::plain, "plain", "the first kick is a whole step: the initial velocity is taken as that of -dt/2"}};
+    {Start::leapfrog, "leapfrog", "the first kick is a half step: velocities live at t - dt/2"},
+    {Start::plain, "plain", "the first kick is a whole step: the initial velocity is taken as that of -dt/2"}};
 constexpr AxisRow<Start> row_of(Start) { return {"start", "time level of the velocities", choices_of_start}; }
-// clang-format on
 
 constexpr Setting kSettings[] = {
     Setting{"degree", &MethodSpec::degree, 0, 3,
@@ -231,8 +287,7 @@ const std::vector<Rule>& rules()
                     has_stages != is_spline_fit(s) || (s.mass == MassMatrix::lumped && is_spline_fit(s));
          },
          "projection spline-fit without quadrature spline, gradient projected, scheme rk3 or rk4 and mass consistent, or one of "
-         "these "
-         "three without it",
+         "these three without it",
          "they are one scheme: its fits and its gradient are each other's adjoint; use preset spline3, spline4 or spline5"},
         {[](const MethodSpec& s) { return is_spline_fit(s) && s.domain != Domain::point; },
          "projection spline-fit with a domain other than point", "splines are fitted to what particles have where they are"},

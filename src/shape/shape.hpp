@@ -17,7 +17,8 @@ struct AnyVisitor {
 };
 
 /// A domain on a basis. `for_each_node` is its definition (a node may come several times; only ddmpm looks at the nodes);
-/// `spread` and `collect` are the fast forms, tested against it. `reach` is the distance in cells from the particle to the edge of its domain, at most `max_reach`.
+/// `spread` and `collect` are the fast forms, tested against it. `reach` is the distance in cells from the particle to the edge of
+/// its domain, at most `max_reach`.
 template <class S>
 concept Shape = requires(const Lattice<S::dim>& g, const ParticleView<S::dim>& p, int i, const Batch& batch, Lanes* nodes,
                          const Lanes* read, const Lanes& value, const Lanes (&flux)[S::dim], Lanes& sum, Quad (&gradient)[S::dim])
@@ -35,7 +36,7 @@ concept Shape = requires(const Lattice<S::dim>& g, const ParticleView<S::dim>& p
     S::collect_value(g, p, i, read, sum);
 };
 
-/// Particle i of a shape, where it stands for the stencil that others have.
+/// Particle i of a shape, in the place of the stencil that others have.
 template <class S>
 struct OneParticle {
     const ParticleView<S::dim>& p;

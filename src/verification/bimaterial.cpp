@@ -102,8 +102,16 @@ double relative_error(const Seen& seen, int k, int reference)
 
 // ---- the bar ---------------------------------------------------------------------------------------------------------
 
-/// Of the particles A at the free end, B above and C below the interface: what the case observes.
+/// What the case observes, of particles A at the free end, B above and C below the interface.
 enum BarValue { kDisplacementA, kStressB, kStressC, kReferenceA, kReferenceB, kReferenceC };
+
+const std::vector<std::string> kObserved = {"displacement_A",           "stress_B",           "stress_C",
+                                            "displacement_A_reference", "stress_B_reference", "stress_C_reference"};
+
+/// The lower end is at 0.
+struct Column {
+    static constexpr double length = 9.0, middle = 4.5, gravity = -10.0;
+};
 
 /// The particle that starts nearest to X.
 template <int D>
@@ -114,55 +122,59 @@ int particle_at(const Particles<D>& p, const Vec<D>& X)
     return static_cast<int>(nearest - p.X.begin());
 }
 
-/// A column of one cell's width hangs from its top. Where cells have an odd number along a metre, the interface is in the
-/// middle of one.
-Row hang(const Request& r)
+/// A column of one cell's width that hangs from its top. The interface is in the middle of a cell where a metre has an odd number
+/// of them.
+Problem<2> hanging_bar(const Request& r)
 {
-    constexpr double length = 9.0, middle = 4.5, room = 1.0, gravity = -10.0;
-    const double h     = 1.0 / r.cells;
-    Problem<2> p       = problem_of<2>(r);
-    p.model.origin     = {0.0, -room};
-    p.model.h          = Vec<2>::filled(h);
-    p.model.cells      = {1, static_cast<int>(std::lround((length + room) * r.cells))};
-    p.model.materials  = two_materials(r.values.word("stiff") == "bottom", 1e7, r.values.number("contrast"), 1050.0);
-    p.model.gravity    = {0.0, gravity};
-    p.model.boundaries = {{.axis = 0, .at = 0.0, .type = BoundaryType::symmetry, .value = {}},
-                          {.axis = 0, .outer_is_above = true, .at = h, .type = BoundaryType::symmetry, .value = {}},
-                          {.axis = 1, .outer_is_above = true, .at = length, .type = BoundaryType::fixed, .value = {}}};
-    p.dt               = r.values.number("dt");
-    p.seeds            = fill_box(Bounds<2>{{0.0, 0.0}, {h, length}}, SubCells<2>{{}, p.model.h, {1, r.per_axis}});
-    p.body             = [](const Vec<2>& X) { return X[1] < middle ? 0 : 1; };
+    constexpr double room = 1.0;  // below the free end
+    const double h        = 1.0 / r.cells;
+    Problem<2> p          = problem_of<2>(r);
+    p.model.origin        = {0.0, -room};
+    p.model.h             = Vec<2>::filled(h);
+    p.model.cells         = {1, static_cast<int>(std::lround((Column::length + room) * r.cells))};
+    p.model.materials     = two_materials(r.values.word("stiff") == "bottom", 1e7, r.values.number("contrast"), 1050.0);
+    p.model.gravity       = {0.0, Column::gravity};
+    p.model.boundaries    = {{.axis = 0, .at = 0.0, .type = BoundaryType::symmetry, .value = {}},
+                             {.axis = 0, .outer_is_above = true, .at = h, .type = BoundaryType::symmetry, .value = {}},
+                             {.axis = 1, .outer_is_above = true, .at = Column::length, .type = BoundaryType::fixed, .value = {}}};
+    p.dt                  = r.values.number("dt");
+    p.seeds               = fill_box(Bounds<2>{{0.0, 0.0}, {h, Column::length}}, SubCells<2>{{}, p.model.h, {1, r.per_axis}});
+    p.body                = [](const Vec<2>& X) { return X[1] < Column::middle ? 0 : 1; };
+    return p;
+}
 
-    const LayeredBody reference({.geometry   = LayeredBody::Geometry::column,
-                                 .ends       = {0.0, middle, length},
-                                 .materials  = {p.model.materials[0], p.model.materials[1]},
-                                 .elements   = {144, 144},
-                                 .dt         = reference_step(p.dt, middle / 144, p.model.materials),
-                                 .fixed_end  = LayeredBody::FixedEnd::high,
-                                 .body_force = [](double) { return gravity; }});
-    const auto observe = [&] {
-        const double x = 0.5 * h, half = 0.5 * h / r.per_axis;
-        return [=, A = Vec<2>{x, half}, B = Vec<2>{x, middle + half}, C = Vec<2>{x, middle - half},
-                column = std::make_shared<LayeredBody>(reference)](const State<2>& s) {
-            const Particles<2>& q = s.particles;
-            const int a           = particle_at(q, A);
-            column->advance(s.t);
-            return std::vector<double>{q.x[a][1] - q.X[a][1],
-                                       q.sigma[particle_at(q, B)](1, 1),
-                                       q.sigma[particle_at(q, C)](1, 1),
-                                       column->displacement(A[1]),
-                                       column->stress(B[1]),
-                                       column->stress(C[1])};
-        };
+LayeredBody column_of(const Problem<2>& p)
+{
+    return LayeredBody({.geometry   = LayeredBody::Geometry::column,
+                        .ends       = {0.0, Column::middle, Column::length},
+                        .materials  = {p.model.materials[0], p.model.materials[1]},
+                        .elements   = {144, 144},
+                        .dt         = reference_step(p.dt, Column::middle / 144, p.model.materials),
+                        .fixed_end  = LayeredBody::FixedEnd::high,
+                        .body_force = [](double) { return Column::gravity; }});
+}
+
+/// The values of BarValue at a state. Each call makes an observer with a reference of its own, which advances with its run.
+auto bar_observer(const LayeredBody& reference, double h, int per_axis)
+{
+    const double x = 0.5 * h, half = 0.5 * h / per_axis;
+    return [=, A = Vec<2>{x, half}, B = Vec<2>{x, Column::middle + half}, C = Vec<2>{x, Column::middle - half},
+            column = std::make_shared<LayeredBody>(reference)](const State<2>& s) {
+        const Particles<2>& q = s.particles;
+        const int a           = particle_at(q, A);
+        column->advance(s.t);
+        return std::vector<double>{q.x[a][1] - q.X[a][1],
+                                   q.sigma[particle_at(q, B)](1, 1),
+                                   q.sigma[particle_at(q, C)](1, 1),
+                                   column->displacement(A[1]),
+                                   column->stress(B[1]),
+                                   column->stress(C[1])};
     };
-    p.observed = {
-        {"displacement_A", "stress_B", "stress_C", "displacement_A_reference", "stress_B_reference", "stress_C_reference"},
-        observe()};
-    Problem<2> elements = by_elements(p);
-    elements.observed   = {{}, observe()};
-    const Seen fem      = run(elements);
-    Seen seen           = run(p);
-    if (has_failed(seen, fem)) return seen.row;
+}
+
+/// Adds the figures of the bar to the row of a run.
+void judge_bar(Seen& seen, const Seen& fem)
+{
     std::size_t step      = 0;
     const auto jump_error = rms(seen, [&](const auto& v) {
         const auto& e = fem.values[step++];
@@ -178,14 +190,38 @@ Row hang(const Request& r)
                            {"jump error", jump_error / rms(fem, kStressB)},
                            {"displacement error", relative_error(seen, kDisplacementA, kReferenceA)},
                            {"largest displacement", largest}};
+}
+
+Row hang(const Request& r)
+{
+    Problem<2> p                = hanging_bar(r);
+    const LayeredBody reference = column_of(p);
+    const double h              = 1.0 / r.cells;
+    p.observed                  = {kObserved, bar_observer(reference, h, r.per_axis)};
+    Problem<2> elements         = by_elements(p);
+    elements.observed           = {{}, bar_observer(reference, h, r.per_axis)};
+    const Seen fem              = run(elements);
+    Seen seen                   = run(p);
+    if (!has_failed(seen, fem)) judge_bar(seen, fem);
     return seen.row;
 }
 
 // ---- the ring --------------------------------------------------------------------------------------------------------
 
-/// Of the rows of particles A at the outer rim, B within and C without the interface, means over the angle: what the case
-/// observes.
+/// What the case observes, as means over the angle, of rows of particles: A at the outer rim, B within and C without the
+/// interface.
 enum RingValue { kMeanA, kMeanB, kMeanC, kMeanAReference, kMeanBReference, kMeanCReference };
+
+struct Ring {
+    static constexpr double inner = 3.0, middle = 3.1, outer = 3.2, frequency = 1.0;
+    /// Particles around, for each along a metre: the paper's 1544 particles have 193 around, 20 cells a metre.
+    static constexpr double angular_per_metre = 193.0 / 20 / 2;
+
+    /// Per mass, at the radius or coordinate x.
+    static double force(double x) { return frequency * frequency * x; }
+    /// Particles along the radius.
+    static int radial(const Request& r) { return static_cast<int>(std::lround((outer - inner) * (r.cells * r.per_axis))); }
+};
 
 struct Statistics {
     double sum = 0, squares = 0;
@@ -202,85 +238,108 @@ struct Statistics {
 };
 
 /// A quarter of a ring that suddenly feels the force of its rotation.
-Row spin(const Request& r)
+Problem<2> spinning_ring(const Request& r)
 {
-    constexpr double inner = 3.0, middle = 3.1, outer = 3.2, frequency = 1.0;
-    constexpr double angular_per_metre = 193.0 / 20 / 2;  // the paper's 1544 particles have 193 around, 20 cells a metre
-    const auto force                   = [](double x) { return frequency * frequency * x; };
-    const int per_metre = r.cells * r.per_axis, radial = static_cast<int>(std::lround((outer - inner) * per_metre));
-    const int angular = static_cast<int>(std::lround(angular_per_metre * per_metre));
+    const int radial = Ring::radial(r), angular = static_cast<int>(std::lround(Ring::angular_per_metre * (r.cells * r.per_axis)));
     Problem<2> p      = problem_of<2>(r);
     p.model.h         = Vec<2>::filled(1.0 / r.cells);
-    p.model.cells     = Index<2>::filled(static_cast<int>(std::ceil((outer + 0.1) * r.cells)));
+    p.model.cells     = Index<2>::filled(static_cast<int>(std::ceil((Ring::outer + 0.1) * r.cells)));
     p.model.materials = two_materials(r.values.word("stiff") == "inner", 1e9, r.values.number("contrast"), 1000.0);
     for (const int a : {0, 1}) p.model.boundaries.push_back({.axis = a, .at = 0.0, .type = BoundaryType::symmetry, .value = {}});
-    const VectorField<2> body_force{Field([=](const FieldPoint& at) { return force(at.x[0]); }),
-                                    Field([=](const FieldPoint& at) { return force(at.x[1]); })};
+    const VectorField<2> body_force{Field([](const FieldPoint& at) { return Ring::force(at.x[0]); }),
+                                    Field([](const FieldPoint& at) { return Ring::force(at.x[1]); })};
     p.model.body_forces = {body_force, body_force};
     p.dt                = r.values.number("dt");
-    const Tube<2> tube{.inner = inner, .outer = outer, .to = kPi / 2};
+    const Tube<2> tube{.inner = Ring::inner, .outer = Ring::outer, .to = kPi / 2};
     p.seeds   = fill_polar(tube, radial, angular, 1);
     p.corners = polar_cells(tube, radial, angular, 1);
-    p.body    = [](const Vec<2>& X) { return norm(X) < middle ? 0 : 1; };
+    p.body    = [](const Vec<2>& X) { return norm(X) < Ring::middle ? 0 : 1; };
+    return p;
+}
 
-    const auto ring =
-        std::make_shared<LayeredBody>(LayeredBody::Setting{.geometry  = LayeredBody::Geometry::ring,
-                                                           .ends      = {inner, middle, outer},
-                                                           .materials = {p.model.materials[0], p.model.materials[1]},
-                                                           .elements  = {32, 32},
-                                                           .dt = reference_step(p.dt, (middle - inner) / 32, p.model.materials),
-                                                           .fixed_end  = LayeredBody::FixedEnd::none,
-                                                           .body_force = force});
-    // f(A, B or C) for the rows of a particle, by its initial place.
-    const double width   = (outer - inner) / radial;
-    const auto with_rows = [=](const Vec<2>& X, auto&& f) {
-        const double R = norm(X);
-        if (R > outer - width) f(0);
-        if (std::fabs(R - middle) < width) f(R < middle ? 1 : 2);
-    };
-    const auto radial_stress = [](const Particles<2>& q, int i) {
-        return dot(q.X[i], in_plane(q.sigma[i]) * q.X[i]) / dot(q.X[i], q.X[i]);
-    };
-    std::vector<Statistics> over_time(p.seeds.size() * 2);  // of each particle, also where a method makes two of a cell
-    std::vector<int> row_of(over_time.size(), 0);
-    long counted = -1;
-    p.observed   = {
-          {"displacement_A", "stress_B", "stress_C", "displacement_A_reference", "stress_B_reference", "stress_C_reference"},
-          [&](const State<2>& s) {
-            ring->advance(s.t);
-            Statistics rows[3];
-            const Particles<2>& q = s.particles;
-            for (int i = 0; i < q.count; ++i)
-                with_rows(q.X[i], [&](int row) {
-                    const double u = dot(q.X[i], q.x[i] - q.X[i]) / norm(q.X[i]), stress = radial_stress(q, i);
-                    rows[row].add(row == 0 ? u : stress);
-                    if (s.n == counted) return;  // a state is asked for once more where it is recorded
-                    row_of[q.id[i]] = row;
-                    over_time[q.id[i]].add(stress);
-                });
-            counted = s.n;
-            return std::vector<double>{rows[0].mean(),
-                                       rows[1].mean(),
-                                       rows[2].mean(),
-                                       ring->displacement(outer - width / 2),
-                                       ring->stress(middle - width / 2),
-                                       ring->stress(middle + width / 2)};
-        }};
-    Seen seen = run(p);
-    if (!seen.row.failed.empty()) return seen.row;
-    const auto scatter = [&](int row) {
+LayeredBody layered_ring(const Problem<2>& p)
+{
+    return LayeredBody({.geometry   = LayeredBody::Geometry::ring,
+                        .ends       = {Ring::inner, Ring::middle, Ring::outer},
+                        .materials  = {p.model.materials[0], p.model.materials[1]},
+                        .elements   = {32, 32},
+                        .dt         = reference_step(p.dt, (Ring::middle - Ring::inner) / 32, p.model.materials),
+                        .fixed_end  = LayeredBody::FixedEnd::none,
+                        .body_force = Ring::force});
+}
+
+/// Observes the values of RingValue, and the radial stress of each particle of the rows over time.
+class RingObserver {
+  public:
+    RingObserver(LayeredBody reference, double width, std::size_t particles)
+        : reference_(std::move(reference)), width_(width), over_time_(particles), row_of_(particles, 0)
+    {}
+
+    std::vector<double> operator()(const State<2>& s)
+    {
+        reference_.advance(s.t);
+        Statistics rows[3];
+        const Particles<2>& q = s.particles;
+        for (int i = 0; i < q.count; ++i)
+            with_rows(q.X[i], [&](int row) {
+                const double u      = dot(q.X[i], q.x[i] - q.X[i]) / norm(q.X[i]);
+                const double stress = dot(q.X[i], in_plane(q.sigma[i]) * q.X[i]) / dot(q.X[i], q.X[i]);
+                rows[row].add(row == 0 ? u : stress);
+                if (s.n == counted_) return;  // a state is asked for once more where it is recorded
+                row_of_[q.id[i]] = row;
+                over_time_[q.id[i]].add(stress);
+            });
+        counted_ = s.n;
+        return {rows[0].mean(),
+                rows[1].mean(),
+                rows[2].mean(),
+                reference_.displacement(Ring::outer - width_ / 2),
+                reference_.stress(Ring::middle - width_ / 2),
+                reference_.stress(Ring::middle + width_ / 2)};
+    }
+
+    /// The standard deviation in a row of the particles' means over time.
+    double scatter(int row) const
+    {
         Statistics all;
-        for (std::size_t k = 0; k < over_time.size(); ++k)
-            if (row_of[k] == row) all.add(over_time[k].mean());
+        for (std::size_t k = 0; k < over_time_.size(); ++k)
+            if (row_of_[k] == row) all.add(over_time_[k].mean());
         return all.deviation();
-    };
+    }
+
+  private:
+    /// f(0, 1 or 2) for rows A, B and C that hold a particle, by its initial place.
+    template <class F>
+    void with_rows(const Vec<2>& X, const F& f) const
+    {
+        const double R = norm(X);
+        if (R > Ring::outer - width_) f(0);
+        if (std::fabs(R - Ring::middle) < width_) f(R < Ring::middle ? 1 : 2);
+    }
+
+    LayeredBody reference_;
+    double width_;  ///< of a row
+    std::vector<Statistics> over_time_;
+    std::vector<int> row_of_;
+    long counted_ = -1;  ///< the last step in `over_time_`
+};
+
+Row spin(const Request& r)
+{
+    Problem<2> p       = spinning_ring(r);
+    const double width = (Ring::outer - Ring::inner) / Ring::radial(r);
+    // Twice as many particles as seeds, for methods that make two of a cell.
+    const auto observer = std::make_shared<RingObserver>(layered_ring(p), width, p.seeds.size() * 2);
+    p.observed          = {kObserved, [observer](const State<2>& s) { return (*observer)(s); }};
+    Seen seen           = run(p);
+    if (!seen.row.failed.empty()) return seen.row;
     auto difference     = [&](int k, int l) { return std::fabs(mean(seen, k) - mean(seen, l)); };
     seen.row.quantities = {{"stress_B", mean(seen, kMeanB)},
                            {"stress_C", mean(seen, kMeanC)},
                            {"error of stress_B", difference(kMeanB, kMeanBReference)},
                            {"error of stress_C", difference(kMeanC, kMeanCReference)},
-                           {"scatter of stress_B", scatter(1)},
-                           {"scatter of stress_C", scatter(2)},
+                           {"scatter of stress_B", observer->scatter(1)},
+                           {"scatter of stress_C", observer->scatter(2)},
                            {"displacement error", relative_error(seen, kMeanA, kMeanAReference)}};
     return seen.row;
 }

@@ -163,67 +163,101 @@ void add_energies(const Request& r, double shift, double courant, double wave, d
                                                  {"energy_identity", identity}});
 }
 
+/// Cells a wave; the box holds a whole number of waves.
+double wave_of(const Request& r) { return r.cells / std::ceil(r.cells / 16.0); }
+
+/// Courant numbers at which growth is measured: the last is that of the request.
+constexpr int kCourants = 5;
+
+/// From the operators of all lattices.
+struct OperatorFigures {
+    double courants[kCourants];
+    double growth[kCourants] = {};     ///< of the worst lattice
+    double from = 0.0, to = kLargest;  ///< stable on all lattices
+    double predicted = kLargest;       ///< limit; NaN where there is no prediction
+    double own_limit = 0.0;            ///< of the lattice of the request
+    Complex value    = 1.0;            ///< eigenvalue of the wave on that lattice
+};
+
+/// Adds the number of particles and the curves to the row.
 template <int D>
-Row disperse(const Request& r)
+OperatorFigures figures_of(const Request& r, Row& row)
 {
     constexpr int intervals = D == 1 ? 128 : D == 2 ? 8 : 4;
-    const auto begin        = std::chrono::steady_clock::now();
     const double cfl = r.values.number("cfl"), shift = r.values.number("shift");
-    const double wave = r.cells / std::ceil(r.cells / 16.0);  // cells; the box holds a whole number
-    Row row{};
-    row.cells = r.cells;
-    row.h     = 1.0 / r.cells;
-
-    // The worst of the lattices.
-    const double courants[] = {StableCourantNumbers::smallest, 0.1, 0.4, 1.0, cfl};
-    double growth[5] = {}, from = 0.0, to = kLargest, own_limit = 0.0, predicted = kLargest;
-    Complex value = 1.0;
+    OperatorFigures s{.courants = {StableCourantNumbers::smallest, 0.1, 0.4, 1.0, cfl}};
     for (const double at : shifts_of(r)) {
         LatticeOperator<D> op(lattice_of(r, at));
         row.particles                     = op.particle_count();
         const StableCourantNumbers stable = find_stable(op, kLargest);
-        from                              = std::max(from, stable.from);
-        to                                = std::min(to, stable.to);
-        predicted                         = std::min(predicted, predicted_limit(r, at));
-        for (int k = 0; k < 5; ++k) {
-            op.assemble(courants[k]);
-            growth[k] = std::max(growth[k], op.growth(intervals));
+        s.from                            = std::max(s.from, stable.from);
+        s.to                              = std::min(s.to, stable.to);
+        s.predicted                       = std::min(s.predicted, predicted_limit(r, at));
+        for (int k = 0; k < kCourants; ++k) {
+            op.assemble(s.courants[k]);
+            s.growth[k] = std::max(s.growth[k], op.growth(intervals));
         }
         if (at != shift) continue;
-        own_limit          = stable.to;
-        const double theta = 2 * kPi / wave;
-        value              = nearest(op.eigenvalues(along_x<D>(theta)), std::polar(1.0, -cfl * theta));
+        s.own_limit        = stable.to;
+        const double theta = 2 * kPi / wave_of(r);
+        s.value            = nearest(op.eigenvalues(along_x<D>(theta)), std::polar(1.0, -cfl * theta));
         if (r.cells % 2 == 0) add_curves(op, cfl, D == 1 ? 64 : r.cells / 2, row);
     }
-    if (std::isnan(predicted_limit(r, shift))) predicted = kNaN;
-    const double turn = -std::arg(value);
-    row.quantities    = {{"limit", to > from ? to : 0.0},
-                         {"stable_from", from},
-                         {"limit_predicted", predicted},
-                         {"growth_rate", std::log(growth[0]) / courants[0]},
-                         {"growth_0.1", growth[1]},
-                         {"growth_0.4", growth[2]},
-                         {"growth_1", growth[3]},
-                         {"growth", growth[4]},
-                         {"phase_error", turn / (cfl * 2 * kPi / wave) - 1},
-                         {"damping", 1 - std::abs(value)}};
-    double frozen     = kNaN;
-    if (is_spline_fit(r.method) && D == 1) {
-        constexpr int most = 32;  // cells: what a dense matrix may cost
-        frozen             = 0.0;
-        for (const double at : shifts_of(r)) {
-            ParticleLattice lattice = lattice_of(r, at);
-            lattice.cells           = std::min(lattice.cells, most);
-            frozen                  = std::max(frozen, frozen_growth(lattice));
-        }
+    if (std::isnan(predicted_limit(r, shift))) s.predicted = kNaN;
+    return s;
+}
+
+/// Of the worst lattice, with splines fitted in 1D; else NaN.
+template <int D>
+double largest_frozen_growth(const Request& r)
+{
+    if (!is_spline_fit(r.method) || D != 1) return kNaN;
+    constexpr int most = 32;  // cells: what a dense matrix may cost
+    double frozen      = 0.0;
+    for (const double at : shifts_of(r)) {
+        ParticleLattice lattice = lattice_of(r, at);
+        lattice.cells           = std::min(lattice.cells, most);
+        frozen                  = std::max(frozen, frozen_growth(lattice));
     }
-    row.quantities.emplace_back("frozen_growth", frozen);
-    add_energies<D>(r, shift, cfl, wave, 2 * kPi / turn, row);
+    return frozen;
+}
+
+/// How much runs amplify noise just below and just above the limit.
+template <int D>
+void add_amplifications(const Request& r, double limit, Row& row)
+{
+    const double shift   = r.values.number("shift");
     const long steps     = std::lround(r.values.number("steps"));
-    const bool has_limit = own_limit > 0 && own_limit < kLargest && steps > 0;
+    const bool has_limit = limit > 0 && limit < kLargest && steps > 0;
     row.quantities.insert(row.quantities.end(),
-                          {{"amplification_below", has_limit ? amplification<D>(r, shift, 0.99 * own_limit, steps) : kNaN},
-                           {"amplification_above", has_limit ? amplification<D>(r, shift, 1.01 * own_limit, steps) : kNaN}});
+                          {{"amplification_below", has_limit ? amplification<D>(r, shift, 0.99 * limit, steps) : kNaN},
+                           {"amplification_above", has_limit ? amplification<D>(r, shift, 1.01 * limit, steps) : kNaN}});
+}
+
+template <int D>
+Row disperse(const Request& r)
+{
+    const auto begin = std::chrono::steady_clock::now();
+    const double cfl = r.values.number("cfl"), wave = wave_of(r);
+    Row row{};
+    row.cells               = r.cells;
+    row.h                   = 1.0 / r.cells;
+    const OperatorFigures s = figures_of<D>(r, row);
+
+    const double turn = -std::arg(s.value);
+    row.quantities    = {{"limit", s.to > s.from ? s.to : 0.0},
+                         {"stable_from", s.from},
+                         {"limit_predicted", s.predicted},
+                         {"growth_rate", std::log(s.growth[0]) / s.courants[0]},
+                         {"growth_0.1", s.growth[1]},
+                         {"growth_0.4", s.growth[2]},
+                         {"growth_1", s.growth[3]},
+                         {"growth", s.growth[4]},
+                         {"phase_error", turn / (cfl * 2 * kPi / wave) - 1},
+                         {"damping", 1 - std::abs(s.value)}};
+    row.quantities.emplace_back("frozen_growth", largest_frozen_growth<D>(r));
+    add_energies<D>(r, r.values.number("shift"), cfl, wave, 2 * kPi / turn, row);
+    add_amplifications<D>(r, s.own_limit, row);
     std::erase_if(row.quantities, [](const auto& q) { return std::isnan(q.second); });  // what the method does not have
     row.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return row;
