@@ -2,6 +2,7 @@
 
 #include "io/expression.hpp"
 #include "io/hdf5.hpp"
+#include "setup/build.hpp"
 
 #include <algorithm>
 #include <array>
@@ -484,18 +485,10 @@ void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
         if (std::find(allowed.begin(), allowed.end(), key) == allowed.end())
             in.fail(key, fmt::format("has no meaning for the shape \"{}\"; remove it", in.shape));
 
-    if (in.shape == "box")
-        for (int a = 0; a < dim; ++a)
-            if (!(in.lower[a] < in.upper[a]))
-                in.fail("upper", fmt::format("must be larger than lower on every axis (axis {}: {} and {})", "xyz"[a],
-                                             in.lower[a], in.upper[a]));
-    if (in.inner_radius && *in.inner_radius >= *in.radius)
-        in.fail("inner_radius", fmt::format("must be smaller than radius {} (got {})", *in.radius, *in.inner_radius));
     if (in.has("angle") && in.angle.size() != 2) in.fail("angle", "must be two angles in degrees, [first, last]");
     if (in.has("angle") && !(in.angle[0] < in.angle[1] && in.angle[1] - in.angle[0] <= 360))
         in.fail("angle", fmt::format("must grow by at most 360 degrees (got {} to {})", in.angle[0], in.angle[1]));
     const bool polar = in.cells == "polar";
-    if (polar && !(in.inner_radius.value_or(0) > 0)) in.fail("cells", "polar cells need a hole: give an inner_radius above zero");
     for (const char* key : {"radial", "angular", "layers"})
         if (in.has(key) && !polar) in.fail(key, "needs cells = \"polar\"");
     if (polar && in.has("seeding")) in.fail("seeding", "needs cells = \"cartesian\"");
@@ -522,22 +515,16 @@ void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
         for (const Expression& e : *list) make_field(e);
 }
 
-void validate_boundary(BoundaryInput& in, int dim, const GridInput& grid)
+void validate_boundary(BoundaryInput& in, int dim)
 {
     for (const std::string& face : in.face) {
         const int axis = face[0] - 'x';
         if (axis >= dim) in.fail("face", fmt::format("\"{}\" does not exist in {}D", face, dim));
-        if (in.at_coordinate) {
-            const double low = grid.origin[axis], high = low + grid.size[axis];
-            if (!(*in.at_coordinate >= low && *in.at_coordinate <= high))
-                in.fail("at", fmt::format("the plane {} lies outside the grid, {} to {}", *in.at_coordinate, low, high));
-        }
     }
     if (in.face.empty()) in.fail("face", "must name at least one face");
     if (in.type == "velocity" && in.value.empty()) in.fail("value", "is missing; type \"velocity\" needs the velocity per axis");
     if (in.type != "velocity" && !in.value.empty())
         in.fail("value", fmt::format("has no meaning for the type \"{}\"; remove it", in.type));
-    if (in.type == "periodic" && in.at_coordinate) in.fail("at", "has no meaning for a periodic axis; remove it");
     for (const Expression& e : in.value)
         if (e.value != decltype(e.value){"free"}) make_field(e);
 }
@@ -581,24 +568,34 @@ void require_unique_names(const std::vector<T>& items, const char* what)
             item.fail("name", fmt::format("there is another {} called \"{}\"; names must differ", what, item.name));
 }
 
+void validate_probes(const CaseInput& c)
+{
+    for (const ProbeInput& p : c.probes) {
+        if (p.particle.empty() == p.point.empty()) p.fail("point", "give either particle or point");
+        if (!p.point.empty() && c.spec.enrichment == Enrichment::all)
+            p.fail("point", "watches the grid, where finite elements leave nothing; follow a particle");
+        if (p.name.empty() ||
+            p.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") != std::string::npos)
+            p.fail("name", "must be made of letters, digits, - and _, for it is part of a file's name");
+        const std::string key         = p.point.empty() ? "particle" : "point";
+        const std::vector<double>& at = p.point.empty() ? p.particle : p.point;
+        for (int a = 0; a < c.grid.dim; ++a)
+            if (!(at[a] >= c.grid.origin[a] && at[a] <= c.grid.origin[a] + c.grid.size[a])) p.fail(key, "lies outside the grid");
+    }
+    require_unique_names(c.probes, "probe");
+}
+
 void validate(CaseInput& c, const std::filesystem::path& file)
 {
     const int dim = c.grid.dim;
     const Place top{file.string(), 0, 0};
     if (c.grid.origin.empty()) c.grid.origin.assign(static_cast<std::size_t>(dim), 0.0);
     if (c.gravity.empty()) c.gravity.assign(static_cast<std::size_t>(dim), 0.0);
-    double cells = 1;
-    for (int a = 0; a < dim; ++a) {
-        const double n = c.grid.size[a] / c.grid.spacing[a];
-        cells *= n;
-        if (std::fabs(n - std::round(n)) > 1e-6 * std::max(1.0, n) || std::round(n) < 1)
-            c.grid.fail("spacing",
-                        fmt::format("must divide the size {} of axis {} into whole cells (got {}); {} would", c.grid.size[a],
-                                    "xyz"[a], c.grid.spacing[a], c.grid.size[a] / std::max(1.0, std::round(n))));
-        if (n > 1e6)
-            c.grid.fail("spacing", fmt::format("gives {:.3g} cells along axis {}; at most 1e6 are allowed", n, "xyz"[a]));
+    try {
+        setup::require_grid(c.grid.size.data(), c.grid.spacing.data(), dim);
+    } catch (const setup::SetupError& e) {
+        c.grid.fail(e.key, e.why);
     }
-    if (cells > 1e11) c.grid.fail("spacing", fmt::format("gives {:.3g} cells; at most 1e11 are allowed", cells));
 
     c.spec = resolve_method(c.method);
 
@@ -619,7 +616,7 @@ void validate(CaseInput& c, const std::filesystem::path& file)
         }
     }
     require_unique_names(c.bodies, "body");
-    for (BoundaryInput& b : c.boundaries) validate_boundary(b, dim, c.grid);
+    for (BoundaryInput& b : c.boundaries) validate_boundary(b, dim);
     for (TractionInput& t : c.tractions) validate_traction(t, dim, c.bodies);
 
     if (!c.output.interval) c.output.interval = std::max(c.time.end / 50, std::numeric_limits<double>::min());
@@ -631,19 +628,7 @@ void validate(CaseInput& c, const std::filesystem::path& file)
     for (const std::string& f : c.output.fields)
         if (std::count(c.output.fields.begin(), c.output.fields.end(), f) > 1)
             c.output.fail("fields", "names \"" + f + "\" twice");
-    for (const ProbeInput& p : c.probes) {
-        if (p.particle.empty() == p.point.empty()) p.fail("point", "give either particle or point");
-        if (!p.point.empty() && c.spec.enrichment == Enrichment::all)
-            p.fail("point", "watches the grid, where finite elements leave nothing; follow a particle");
-        if (p.name.empty() ||
-            p.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") != std::string::npos)
-            p.fail("name", "must be made of letters, digits, - and _, for it is part of a file's name");
-        const std::string key         = p.point.empty() ? "particle" : "point";
-        const std::vector<double>& at = p.point.empty() ? p.particle : p.point;
-        for (int a = 0; a < dim; ++a)
-            if (!(at[a] >= c.grid.origin[a] && at[a] <= c.grid.origin[a] + c.grid.size[a])) p.fail(key, "lies outside the grid");
-    }
-    require_unique_names(c.probes, "probe");
+    validate_probes(c);
     for (int k = 0; k < WatchSpec::count; ++k)
         c.watch_spec.is_fatal[k] = std::count(c.watch.fatal.begin(), c.watch.fatal.end(), WatchSpec::names[k]) > 0;
     c.watch_spec.energy_growth = c.watch.energy_growth;
