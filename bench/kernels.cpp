@@ -2,8 +2,8 @@
 // ns per particle.
 #include "method/explicit.hpp"
 #include "method/planting.hpp"
-#include "method/tables.hpp"
 #include "method/reconstruction.hpp"
+#include "method/tables.hpp"
 
 #include <benchmark/benchmark.h>
 

@@ -1,9 +1,10 @@
 #!/usr/bin/python3
-"""Checks that src/ keeps its layers: base < {grid, particles, material, solve} < shape < kernels < method < io <
+"""Checks that src/ keeps its layers: base < {grid, particles, material, solve} < shape < kernels < method < setup < sim < io <
 verification < app.
 
 A file includes its own layer and those below it; grid, particles, material and solve do not include each other. Below io no
-header includes fmt, CLI11, toml++, muParser, nlohmann-json or Eigen (method/*.cpp may use fmt and Eigen); only base/parallel.hpp knows OpenMP; a
+header includes fmt, CLI11, toml++, muParser, nlohmann-json or Eigen (method/*.cpp may use fmt and Eigen, setup/*.cpp fmt); only
+base/parallel.hpp knows OpenMP; a
 header starts with a comment and has #pragma once. One line a fault on stdout, exit 1 if there is any.
 """
 
@@ -17,13 +18,16 @@ for name in ("grid", "particles", "material", "solve"):
 BELOW["shape"] = {"base", "grid", "particles", "material", "solve"}
 BELOW["kernels"] = BELOW["shape"] | {"shape"}
 BELOW["method"] = BELOW["kernels"] | {"kernels"}
-BELOW["io"] = BELOW["method"] | {"method"}
+BELOW["setup"] = BELOW["method"] | {"method"}
+BELOW["sim"] = BELOW["setup"] | {"setup"}
+BELOW["io"] = BELOW["sim"] | {"sim"}
 BELOW["verification"] = BELOW["io"] | {"io"}
 BELOW["app"] = BELOW["verification"] | {"verification"}
 
 GENERATED = {"ordo_version.hpp": {"io", "verification", "app"}}
 LIBRARIES = {"fmt": r"fmt/", "CLI11": r"CLI/", "toml++": r"toml\+\+/|toml\.hpp", "muParser": r"muParser", "nlohmann-json": r"nlohmann/",
              "Eigen": r"Eigen/", "Gmsh": r"gmshc?\.h"}
+OF_SOURCES = {"method": {"fmt", "Eigen"}, "setup": {"fmt"}}  # what sources of a layer below io may include, headers not
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 OPENMP = re.compile(r"\bomp_\w|#\s*pragma\s+omp|<omp\.h>")
 
@@ -33,7 +37,7 @@ def library_fault(layer, is_header, included):
     if layer in ("io", "verification", "app"):
         return None
     for library, pattern in LIBRARIES.items():
-        of_sources = layer == "method" and library in ("fmt", "Eigen")
+        of_sources = library in OF_SOURCES.get(layer, ())
         if re.match(pattern, included) and not (of_sources and not is_header):
             kind = "headers" if of_sources else "files"
             return f"{kind} of layer {layer} must not include {library}"

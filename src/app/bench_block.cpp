@@ -3,10 +3,12 @@
 #include "app/memory.hpp"
 #include "method/planting.hpp"
 #include "particles/seeding.hpp"
+#include "sim/simulation.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace ordo::app {
@@ -90,17 +92,17 @@ class Memory {
 
 /// Times the steps of each repetition.
 template <int D>
-void time_steps(Explicit<D>& method, State<D>& s, double dt, int repeats, Measurement& m)
+void time_steps(Simulation<D>& sim, int repeats, Measurement& m)
 {
     std::vector<double> seconds, solves, iterations;
     std::array<std::vector<double>, StageTimes::count> stages;
     for (int r = 0; r < repeats; ++r) {
         StageTimes times;
-        method.measure(&times);
+        sim.scheme().measure(&times);
         seconds.push_back(seconds_of([&] {
-            for (int k = 0; k < m.steps; ++k) method.step(s, dt);
+            for (int k = 0; k < m.steps; ++k) sim.step();
         }));
-        method.measure(nullptr);
+        sim.scheme().measure(nullptr);
         for (int k = 0; k < StageTimes::count; ++k) stages[k].push_back(times.seconds[k]);
         solves.push_back(static_cast<double>(times.mass_solves) / m.steps);
         iterations.push_back(static_cast<double>(times.mass_iterations) / m.steps);
@@ -122,18 +124,19 @@ Measurement run_block(const BenchTask& task)
     const double dt       = m.courant_number / m.cells_per_axis / std::sqrt(kYoung / kDensity);
 
     const Memory memory;
-    Explicit<D> method(block_model<D>(task.method, m.cells_per_axis));
-    Particles<D> p       = block_particles(method.model());
+    const Model<D> model = block_model<D>(task.method, m.cells_per_axis);
+    Particles<D> p       = block_particles(model);
     m.particles          = p.count;
     m.setup_bytes        = memory.per_particle(p.count);
-    State<D> s           = method.start(std::move(p));
-    m.bytes_per_particle = static_cast<double>(s.particles.bytes_per_particle());
+    Simulation<D> sim(model, [&](const Explicit<D>& scheme) { return scheme.start(std::move(p)); },
+                      {.end = std::numeric_limits<double>::infinity(), .dt = dt});
+    m.bytes_per_particle = static_cast<double>(sim.state().particles.bytes_per_particle());
 
-    const double first_step = seconds_of([&] { method.step(s, dt); });  // touches all memory
+    const double first_step = seconds_of([&] { sim.step(); });  // touches all memory
     m.steps                 = task.steps ? *task.steps : static_cast<int>(std::clamp(2 / first_step, 1.0, 20.0));
-    time_steps(method, s, dt, task.repeats, m);
+    time_steps(sim, task.repeats, m);
     m.resident_bytes = memory.per_particle(m.particles);
-    m.work           = count_work(method.model(), s, m.mass_solves, m.mass_iterations);
+    m.work           = count_work(model, sim.state(), m.mass_solves, m.mass_iterations);
     return m;
 }
 

@@ -109,7 +109,7 @@ class GhostPenalty {
     template <int P>
     static Index<D> size_at(const Face& face)
     {
-        Index<D> size   = Index<D>::filled(P + 1);
+        Index<D> size     = Index<D>::filled(P + 1);
         size[face.axis()] = P + 2;
         return size;
     }

@@ -1,19 +1,14 @@
-// From the resolved input to what the step works on: model and particles, with the checks that need geometry.
+// From the resolved input to the structs of setup, and from there to what the step works on.
 #pragma once
 
 #include "io/input.hpp"
-#include "method/state.hpp"
+#include "setup/build.hpp"
 
 namespace ordo::io {
 
-template <int D>
-struct Built {
-    Model<D> model;
-    Particles<D> particles;
-};
+using setup::Built;
 
-/// Seeds the bodies. Throws InputError for bodies outside the grid or a boundary, overlapping bodies, velocities that
-/// are not numbers, time steps above the limit, and before it makes more particles than `most_particles`.
+/// Reads the files of bodies and sets the case up. Throws InputError with the place in the file, for what setup::build refuses too.
 template <int D>
 Built<D> build(const CaseInput& input, double most_particles = 2e9);
 

@@ -2,6 +2,7 @@
 
 #include "io/expression.hpp"
 #include "io/hdf5.hpp"
+#include "setup/build.hpp"
 
 #include <algorithm>
 #include <array>
@@ -590,21 +591,13 @@ void require_keys_of_shape(const BodyInput& in, int dim)
             in.fail(key, fmt::format("has no meaning for the shape \"{}\"; remove it", in.shape));
 }
 
-/// Checks lengths and angles against each other, and what polar cells need.
-void validate_geometry(const BodyInput& in, int dim)
+/// Checks angles, and what polar cells need. Lengths are checked in setup.
+void validate_geometry(const BodyInput& in)
 {
-    if (in.shape == "box")
-        for (int a = 0; a < dim; ++a)
-            if (!(in.lower[a] < in.upper[a]))
-                in.fail("upper", fmt::format("must be larger than lower on every axis (axis {}: {} and {})", "xyz"[a],
-                                             in.lower[a], in.upper[a]));
-    if (in.inner_radius && *in.inner_radius >= *in.radius)
-        in.fail("inner_radius", fmt::format("must be smaller than radius {} (got {})", *in.radius, *in.inner_radius));
     if (in.has("angle") && in.angle.size() != 2) in.fail("angle", "must be two angles in degrees, [first, last]");
     if (in.has("angle") && !(in.angle[0] < in.angle[1] && in.angle[1] - in.angle[0] <= 360))
         in.fail("angle", fmt::format("must grow by at most 360 degrees (got {} to {})", in.angle[0], in.angle[1]));
     const bool polar = in.cells == "polar";
-    if (polar && !(in.inner_radius.value_or(0) > 0)) in.fail("cells", "polar cells need a hole: give an inner_radius above zero");
     for (const char* key : {"radial", "angular", "layers"})
         if (in.has(key) && !polar) in.fail(key, "needs cells = \"polar\"");
     if (polar && in.has("seeding")) in.fail("seeding", "needs cells = \"cartesian\"");
@@ -632,7 +625,7 @@ void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
     if (in.name.empty()) in.name = fmt::format("body {}", index);
     require_known_material(in, c);
     require_keys_of_shape(in, dim);
-    validate_geometry(in, dim);
+    validate_geometry(in);
     if (in.shape != "particles" && in.shape != "mesh") resolve_particles_per_cell(in, dim);
     auto zeros = [&](std::vector<Expression>& v) {
         if (v.empty()) v.assign(static_cast<std::size_t>(dim), Expression{});
@@ -643,22 +636,16 @@ void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
         for (const Expression& e : *list) make_field(e);
 }
 
-void validate_boundary(BoundaryInput& in, int dim, const GridInput& grid)
+void validate_boundary(BoundaryInput& in, int dim)
 {
     for (const std::string& face : in.face) {
         const int axis = face[0] - 'x';
         if (axis >= dim) in.fail("face", fmt::format("\"{}\" does not exist in {}D", face, dim));
-        if (in.at_coordinate) {
-            const double low = grid.origin[axis], high = low + grid.size[axis];
-            if (!(*in.at_coordinate >= low && *in.at_coordinate <= high))
-                in.fail("at", fmt::format("the plane {} lies outside the grid, {} to {}", *in.at_coordinate, low, high));
-        }
     }
     if (in.face.empty()) in.fail("face", "must name at least one face");
     if (in.type == "velocity" && in.value.empty()) in.fail("value", "is missing; type \"velocity\" needs the velocity per axis");
     if (in.type != "velocity" && !in.value.empty())
         in.fail("value", fmt::format("has no meaning for the type \"{}\"; remove it", in.type));
-    if (in.type == "periodic" && in.at_coordinate) in.fail("at", "has no meaning for a periodic axis; remove it");
     for (const Expression& e : in.value)
         if (e.value != decltype(e.value){"free"}) make_field(e);
 }
@@ -704,17 +691,11 @@ void require_unique_names(const std::vector<T>& items, const char* what)
 
 void validate_grid(const GridInput& grid)
 {
-    double cells = 1;
-    for (int a = 0; a < grid.dim; ++a) {
-        const double n = grid.size[a] / grid.spacing[a];
-        cells *= n;
-        if (std::fabs(n - std::round(n)) > 1e-6 * std::max(1.0, n) || std::round(n) < 1)
-            grid.fail("spacing",
-                      fmt::format("must divide the size {} of axis {} into whole cells (got {}); {} would", grid.size[a],
-                                  "xyz"[a], grid.spacing[a], grid.size[a] / std::max(1.0, std::round(n))));
-        if (n > 1e6) grid.fail("spacing", fmt::format("gives {:.3g} cells along axis {}; at most 1e6 are allowed", n, "xyz"[a]));
+    try {
+        setup::require_grid(grid.size.data(), grid.spacing.data(), grid.dim);
+    } catch (const setup::SetupError& e) {
+        grid.fail(e.key, e.why);
     }
-    if (cells > 1e11) grid.fail("spacing", fmt::format("gives {:.3g} cells; at most 1e11 are allowed", cells));
 }
 
 /// The path of a body's file, which the input gives relative to that of the case.
@@ -789,7 +770,7 @@ void validate(CaseInput& c, const std::filesystem::path& file)
     if (c.time.dt && c.time.cfl) c.time.fail("cfl", "excludes dt; give one of them");
     if (!c.time.dt && !c.time.cfl) c.time.cfl = 0.4;
     validate_materials_and_bodies(c, file);
-    for (BoundaryInput& b : c.boundaries) validate_boundary(b, c.grid.dim, c.grid);
+    for (BoundaryInput& b : c.boundaries) validate_boundary(b, c.grid.dim);
     for (TractionInput& t : c.tractions) validate_traction(t, c.grid.dim, c.bodies);
     validate_output(c, file);
     for (const ProbeInput& p : c.probes) validate_probe(p, c);

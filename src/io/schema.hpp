@@ -87,9 +87,10 @@ using Numbers = std::map<std::string, double>;
 using Words   = std::map<std::string, std::string>;
 
 template <class Owner>
-using Member = std::variant<double Owner::*, std::optional<double> Owner::*, int Owner::*, std::optional<int> Owner::*,
-                            bool Owner::*, std::string Owner::*, std::vector<double> Owner::*, std::vector<int> Owner::*,
-                            std::vector<std::string> Owner::*, std::vector<Expression> Owner::*, Numbers Owner::*, Words Owner::*>;
+using Member =
+    std::variant<double Owner::*, std::optional<double> Owner::*, int Owner::*, std::optional<int> Owner::*, bool Owner::*,
+                 std::string Owner::*, std::vector<double> Owner::*, std::vector<int> Owner::*, std::vector<std::string> Owner::*,
+                 std::vector<Expression> Owner::*, Numbers Owner::*, Words Owner::*>;
 
 template <class Owner>
 struct Key {

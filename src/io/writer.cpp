@@ -3,6 +3,7 @@
 #include "io/build.hpp"
 #include "method/diagnostics.hpp"
 #include "ordo_version.hpp"
+#include "sim/simulation.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -101,6 +102,7 @@ Writer<D>::Writer(const CaseInput& input, const Model<D>& model, const Written& 
       model_(model),
       directory_(input.output.directory),
       written_(written),
+      resumed_at_(written.step),
       last_frame_(written.frames.empty() ? 0.0 : written.frames.back())
 {
     if (has_results(directory_)) {  // require_writable has seen that they are ours
@@ -190,6 +192,42 @@ void Writer<D>::make_probes()
 }
 
 template <int D>
+void Writer<D>::started(Simulation<D>& sim)
+{
+    if (resumed_at_) return;
+    row(sim.state());
+    frame(sim.state());
+}
+
+template <int D>
+void Writer<D>::after_step(Simulation<D>& sim, const StepSize& step)
+{
+    write_if_due(sim.state(), step.dt);
+}
+
+template <int D>
+void Writer<D>::failed(Simulation<D>& sim, const NumericalError&)
+{
+    const bool means_something = std::isfinite(totals(model_, sim.state().particles).total_energy());
+    if (means_something && has_stepped(sim.state())) row(sim.state());
+    last_frame(sim.state());
+}
+
+template <int D>
+void Writer<D>::ended(Simulation<D>& sim)
+{
+    if (has_stepped(sim.state())) row(sim.state());
+    last_frame(sim.state());
+}
+
+template <int D>
+void Writer<D>::last_frame(State<D>& s)
+{
+    if (has_stepped(s)) frame(s);
+    flush(LineFile::When::now);
+}
+
+template <int D>
 void Writer<D>::write_if_due(State<D>& s, double dt)
 {
     if (s.n % input_.output.history_interval == 0) row(s);
@@ -273,12 +311,6 @@ Written Writer<D>::written()
         w.table_sums.push_back(p.file.sum());
     }
     return w;
-}
-
-template <int D>
-void Writer<D>::finish()
-{
-    flush(LineFile::When::now);
 }
 
 template <int D>

@@ -6,8 +6,10 @@
 #include "io/run_files.hpp"
 #include "io/vtk.hpp"
 #include "method/state.hpp"
+#include "sim/observer.hpp"
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 namespace ordo::io {
@@ -15,8 +17,9 @@ namespace ordo::io {
 /// Throws InputError when the output directory cannot be used; writes nothing.
 void require_writable(const OutputInput& output);
 
+/// Writes the rows and frames that are due, and those of the start, the end and a failure.
 template <int D>
-class Writer {
+class Writer : public Observer<D> {
   public:
     /// Creates the directory, removes the files of an earlier run in it, writes the resolved case and the headers.
     Writer(const CaseInput& input, const Model<D>& model, const Particles<D>& particles);
@@ -24,14 +27,10 @@ class Writer {
     /// the directory has none, starts them.
     Writer(const CaseInput& input, const Model<D>& model, const Written& written);
 
-    /// After each step: the rows and frames that are due.
-    void write_if_due(State<D>& s, double dt);
-    /// Adds a row to the history and to each probe, unless this step has one.
-    void row(State<D>& s);
-    /// Writes particles (and grid), the PVD, and from time to time the tables, unless this step has a frame.
-    void frame(State<D>& s);
-    /// Writes what the tables still hold back.
-    void finish();
+    void started(Simulation<D>& sim) override;
+    void after_step(Simulation<D>& sim, const StepSize& step) override;
+    void failed(Simulation<D>& sim, const NumericalError&) override;
+    void ended(Simulation<D>& sim) override;
 
     /// Tables have all their rows in their files then.
     Written written();
@@ -44,6 +43,14 @@ class Writer {
         int particle = -1;  ///< id, or -1 for a point
         Vec<D> point{};
     };
+    void write_if_due(State<D>& s, double dt);
+    /// Adds a row to the history and to each probe, unless this step has one.
+    void row(State<D>& s);
+    /// Writes particles (and grid), the PVD, and from time to time the tables, unless this step has a frame.
+    void frame(State<D>& s);
+    void last_frame(State<D>& s);
+    /// Else a restart has no nodes and no projection to write of.
+    bool has_stepped(const State<D>& s) const { return !resumed_at_ || s.n > *resumed_at_; }
     void start_files();
     void go_on_with_files();
     void make_probes();
@@ -58,7 +65,8 @@ class Writer {
     LineFile history_;
     std::vector<Probe> probes_;
     Written written_;
-    double last_frame_ = 0.0;  ///< its time, s
+    std::optional<std::int64_t> resumed_at_;  ///< the step of a restart
+    double last_frame_ = 0.0;                 ///< its time, s
 };
 
 }  // namespace ordo::io

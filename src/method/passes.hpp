@@ -70,11 +70,11 @@ struct Passes {
     /// The gradient at the centre of a cell, see kernels/cell_gradient.hpp; null where particles do not use it.
     void (*gradient_at_center)(const Lattice<D>&, const Tiles<D>&, const Lanes* nodes, const Index<D>& cell, Lanes* record);
 
-    Gather keep;               ///< what particles carry for the next projection; null where that is nothing
-    Gather update_velocity;    ///< v_p
-    Gather deform;             ///< F_p, V_p of the step to come, or of that which led here; the stress follows, see StressUpdate
-    Gather move;               ///< x_p and domains; of cells nothing
-    Gather update_all;         ///< all in one sweep, L_p included
+    Gather keep;             ///< what particles carry for the next projection; null where that is nothing
+    Gather update_velocity;  ///< v_p
+    Gather deform;           ///< F_p, V_p of the step to come, or of that which led here; the stress follows, see StressUpdate
+    Gather move;             ///< x_p and domains; of cells nothing
+    Gather update_all;       ///< all in one sweep, L_p included
 
     void (*move_corners)(const Sweep<D>&, std::ptrdiff_t begin, std::ptrdiff_t end);  ///< x_c; null without cells
     Gather follow_corners;                                                            ///< x_p and V_p; null without cells

@@ -20,22 +20,22 @@ struct Choice {
 };
 
 // The types of all axes.
-#define ORDO_AXES(AXIS) \
-    AXIS(Basis) \
-    AXIS(Domain) \
-    AXIS(CornerWeights) \
-    AXIS(Enrichment) \
+#define ORDO_AXES(AXIS)  \
+    AXIS(Basis)          \
+    AXIS(Domain)         \
+    AXIS(CornerWeights)  \
+    AXIS(Enrichment)     \
     AXIS(CornerVelocity) \
-    AXIS(Projection) \
-    AXIS(Weight) \
-    AXIS(Samples) \
-    AXIS(Tls) \
-    AXIS(Quadrature) \
-    AXIS(CellVolume) \
-    AXIS(MassMatrix) \
-    AXIS(Gradient) \
-    AXIS(Update) \
-    AXIS(Scheme) \
+    AXIS(Projection)     \
+    AXIS(Weight)         \
+    AXIS(Samples)        \
+    AXIS(Tls)            \
+    AXIS(Quadrature)     \
+    AXIS(CellVolume)     \
+    AXIS(MassMatrix)     \
+    AXIS(Gradient)       \
+    AXIS(Update)         \
+    AXIS(Scheme)         \
     AXIS(Start)
 
 /// The choices of an axis, and what the axis decides. Rows are in tables.cpp.

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -106,24 +107,28 @@ double largest_speed(const Particles<D>& p)
     return r;
 }
 
+/// Equal steps without an end.
+setup::TimeSpec steps_of(double dt) { return {.end = std::numeric_limits<double>::infinity(), .dt = dt}; }
+
 /// The nonlinear code on the lattice from small random velocities: the largest speed over the first after so many steps, or
 /// as soon as it is a thousand times it.
 template <int D>
 double amplification(const Request& r, double shift, double courant, long steps)
 {
     const ParticleLattice lattice = lattice_of(r, shift);
-    const Explicit<D> method(model_of<D>(lattice, "neo-hookean"));
-    Particles<D> p = plant_all(method.model(), seeds_of<D>(lattice));
+    const Model<D> model          = model_of<D>(lattice, "neo-hookean");
+    Particles<D> p                = plant_all(model, seeds_of<D>(lattice));
     std::mt19937_64 random(1);
     for (int i = 0; i < p.count; ++i)
         for (int a = 0; a < D; ++a) p.v[i][a] = 1e-6 * (2.0 * static_cast<double>(random() >> 11) * 0x1p-53 - 1.0);
     const double first = largest_speed(p);
-    State<D> s         = method.start(std::move(p));
-    double largest     = 1.0;
+    Simulation<D> sim(
+        model, [&](const Explicit<D>& scheme) { return scheme.start(std::move(p)); }, steps_of(courant));
+    double largest = 1.0;
     try {
         for (long k = 0; k < steps && largest < 1e3; ++k) {
-            method.step(s, courant);
-            largest = std::max(largest, largest_speed(s.particles) / first);
+            sim.step();
+            largest = std::max(largest, largest_speed(sim.state().particles) / first);
         }
     } catch (const NumericalError&) {
         return 1e3;
@@ -137,26 +142,26 @@ void add_energies(const Request& r, double shift, double courant, double wave, d
 {
     constexpr int periods         = 4;
     const ParticleLattice lattice = lattice_of(r, shift);
-    const Explicit<D> method(model_of<D>(lattice, rate_law<D>));
-    const Model<D>& model = method.model();
-    Particles<D> p        = plant_all(model, seeds_of<D>(lattice));
+    const Model<D> model          = model_of<D>(lattice, rate_law<D>);
+    Particles<D> p                = plant_all(model, seeds_of<D>(lattice));
     set_velocities<D>(
         p, 0, p.count, [&](const Vec<D>& x) { return along_x<D>(1e-6 * std::sin(2 * kPi * x[0] / wave)); }, model.h);
-    State<D> s         = method.start(std::move(p));
-    const double first = totals(model, s.particles).total_energy();
+    Simulation<D> sim(
+        model, [&](const Explicit<D>& scheme) { return scheme.start(std::move(p)); }, steps_of(courant));
+    const double first = totals(model, sim.state().particles).total_energy();
     const long steps   = std::lround(periods * period);
     EnergyBalance sum;
     double identity = 0.0;
     try {
         for (long k = 0; k < steps; ++k) {
-            const EnergyBalance e = step_with_balance(method, s, courant);
+            const EnergyBalance e = step_with_balance(sim);
             identity              = std::max(identity, std::fabs(e.motion - e.work) / first);
             sum += e;
         }
     } catch (const NumericalError&) {  // it grew out of bounds
         return;
     }
-    const double change = totals(model, s.particles).total_energy() / first - 1;
+    const double change = totals(model, sim.state().particles).total_energy() / first - 1;
     row.quantities.insert(row.quantities.end(), {{"energy_change", change / periods},
                                                  {"energy_transfer", (sum.projection + sum.update) / first / periods},
                                                  {"energy_stress", sum.stress / first / periods},

@@ -55,22 +55,24 @@ EnergyBalance& EnergyBalance::operator+=(const EnergyBalance& o)
 }
 
 template <int D>
-EnergyBalance step_with_balance(const Explicit<D>& method, State<D>& s, double dt)
+EnergyBalance step_with_balance(Simulation<D>& sim)
 {
-    const Model<D>& model = method.model();
+    const Model<D>& model = sim.model();
+    State<D>& s           = sim.state();
+    const double dt       = sim.time().dt.value();
     const MassSolver<D> mass_matrix(choose_passes<D>(model.method), model.method.lump_below, has_tls_velocity(model.method));
     constexpr int velocity = NodeLane::velocity, increment = NodeLane::increment;
     const double dt_of_kick = 0.5 * (s.dt_prev + dt);
 
     // Before: velocities, momenta and forces of the nodes. The step finds the same.
     const Totals before = totals(model, s.particles);
-    method.project(s);
+    sim.scheme().project(s);
     Array<Lanes> momentum(s.nodes.size());
     momenta(model, mass_matrix, s, s.nodes.data(), momentum.data());
     const double kinetic_before = 0.5 * product(s, s.nodes.data(), velocity, momentum.data(), velocity);
     std::vector<Lanes> forces(s.nodes.begin(), s.nodes.end());
 
-    method.step(s, dt);
+    sim.step();
     const Totals after = totals(model, s.particles);
     momenta(model, mass_matrix, s, s.nodes.data(), momentum.data());
     EnergyBalance e;
@@ -86,8 +88,8 @@ EnergyBalance step_with_balance(const Explicit<D>& method, State<D>& s, double d
     return e;
 }
 
-template EnergyBalance step_with_balance(const Explicit<1>&, State<1>&, double);
-template EnergyBalance step_with_balance(const Explicit<2>&, State<2>&, double);
-template EnergyBalance step_with_balance(const Explicit<3>&, State<3>&, double);
+template EnergyBalance step_with_balance(Simulation<1>&);
+template EnergyBalance step_with_balance(Simulation<2>&);
+template EnergyBalance step_with_balance(Simulation<3>&);
 
 }  // namespace ordo::verification

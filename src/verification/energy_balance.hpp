@@ -2,7 +2,7 @@
 // nodes as test functions, and what particles lose to nodes and stresses on both sides of it.
 #pragma once
 
-#include "method/explicit.hpp"
+#include "sim/simulation.hpp"
 
 namespace ordo::verification {
 
@@ -18,9 +18,9 @@ struct EnergyBalance {
     EnergyBalance& operator+=(const EnergyBalance& o);
 };
 
-/// Takes a step, without gravity, boundary conditions and forces from outside, and tells where its energy went. With scheme
+/// Takes a step of the fixed size, without gravity, boundary conditions and forces from outside, and tells where its energy went. With scheme
 /// `usf`, whose forces are those of a stress that the step finds itself, `work` is `motion`.
 template <int D>
-EnergyBalance step_with_balance(const Explicit<D>& method, State<D>& s, double dt);
+EnergyBalance step_with_balance(Simulation<D>& sim);
 
 }  // namespace ordo::verification

@@ -65,29 +65,58 @@ Particles<D> plant_all(Problem<D>& problem)
     return p;
 }
 
-/// Takes all steps; after each `after(s)`. Fills seconds, and failed when the run ends early.
-template <int D, class After>
-void advance(Explicit<D>& method, State<D>& s, Row& row, Recorder<D>& recorder, After&& after)
+/// The same, as the solution has them at the start.
+template <int D>
+Particles<D> plant_exactly(Problem<D>& problem)
 {
+    Particles<D> particles = plant_all(problem);
+    for (std::size_t c = 0; c < particles.corner_velocity.size(); ++c)
+        particles.corner_velocity[c] = problem.solution->velocity(particles.corner[c], 0.0);
+    for (Vec<D>& corner : particles.corner) corner = problem.solution->position(corner, 0.0);
+    for (int i = 0; i < particles.count; ++i) {
+        const Vec<D> X = particles.x[i];
+        particles.X[i] = X;
+        particles.x[i] = problem.solution->position(X, 0.0);
+        particles.v[i] = problem.solution->velocity(X, 0.0);
+        particles.F[i] = problem.solution->deformation(X, 0.0);
+        if (!particles.L.empty()) particles.L[i] = problem.solution->velocity_gradient(X, 0.0);
+    }
+    return particles;
+}
+
+/// Calls see(state) after each step.
+template <int D>
+class AfterStep : public Observer<D> {
+  public:
+    explicit AfterStep(std::function<void(const State<D>&)> see) : see_(std::move(see)) {}
+    void after_step(Simulation<D>& sim, const StepSize&) override { see_(sim.state()); }
+
+  private:
+    std::function<void(const State<D>&)> see_;
+};
+
+/// Takes all steps; after each `see(state)`. Fills seconds, and failed when the run ends early.
+template <int D>
+void run(Simulation<D>& sim, Row& row, Recorder<D>& recorder, const std::function<void(const State<D>&)>& see)
+{
+    AfterStep<D> after(see);
+    sim.add(recorder);
+    sim.add(after);
     StageTimes times;
-    method.measure(&times);
+    sim.scheme().measure(&times);
     const auto begin         = std::chrono::steady_clock::now();
     const std::clock_t start = std::clock();
     try {
-        for (long k = 0; k < row.steps; ++k) {
-            recorder.sample(s);
-            method.step(s, row.dt);
-            after(s);
-        }
+        sim.run();
     } catch (const NumericalError& e) {
         row.failed = e.what();
-        row.steps  = s.n;
+        row.steps  = sim.state().n;
     }
     row.seconds            = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     row.seconds_cpu        = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     row.seconds_body_force = times.seconds[StageTimes::body_force];
-    method.measure(nullptr);
-    if (!row.failed.empty()) recorder.finish(s);
+    sim.scheme().measure(nullptr);
+    if (!row.failed.empty()) recorder.finish(sim.state());
 }
 
 /// Sums of squares of errors over particles, plain and weighted, and of the exact values.
@@ -181,26 +210,16 @@ Row measure(const Problem<D>& given)
     Row row = row_of(given);
     if (!row.failed.empty()) return row;
     Problem<D> problem     = given;
-    Particles<D> particles = plant_all(problem);
-    Explicit<D> method(problem.model);
-    row.particles = particles.count;
-    for (std::size_t c = 0; c < particles.corner_velocity.size(); ++c)
-        particles.corner_velocity[c] = problem.solution->velocity(particles.corner[c], 0.0);
-    for (Vec<D>& corner : particles.corner) corner = problem.solution->position(corner, 0.0);
-    for (int i = 0; i < particles.count; ++i) {
-        const Vec<D> X = particles.x[i];
-        particles.X[i] = X;
-        particles.x[i] = problem.solution->position(X, 0.0);
-        particles.v[i] = problem.solution->velocity(X, 0.0);
-        particles.F[i] = problem.solution->deformation(X, 0.0);
-        if (!particles.L.empty()) particles.L[i] = problem.solution->velocity_gradient(X, 0.0);
-    }
-    State<D> s             = method.start_deformed(std::move(particles));
+    Particles<D> particles = plant_exactly(problem);
+    row.particles          = particles.count;
+    Simulation<D> sim(problem.model, [&](const Explicit<D>& scheme) { return scheme.start_deformed(std::move(particles)); },
+                      {.end = problem.end, .dt = row.dt});
+    State<D>& s            = sim.state();
     const double size      = momentum_size(s.particles);
     s.projection.is_wanted = true;
     double mass_defect = 0, momentum_defect = 0;
-    Recorder<D> recorder(problem, method, row);
-    advance(method, s, row, recorder, [&](const State<D>& now) {
+    Recorder<D> recorder(problem, sim.scheme(), row);
+    run<D>(sim, row, recorder, [&](const State<D>& now) {
         const ProjectionReport& kept = now.projection;
         mass_defect                  = std::max(mass_defect, std::fabs(kept.mass_after / kept.mass_before - 1));
         momentum_defect              = std::max(momentum_defect, norm(kept.momentum_after - kept.momentum_before));
@@ -211,7 +230,7 @@ Row measure(const Problem<D>& given)
     row.quantities.emplace_back("largest_mass_defect", mass_defect);
     row.quantities.emplace_back("largest_momentum_defect", size > 0 ? momentum_defect / size : 0.0);
     try {
-        measure_nodes(problem, method, s, row);
+        measure_nodes(problem, sim.scheme(), s, row);
     } catch (const NumericalError& e) {
         row.failed = e.what();
         return row;
@@ -228,14 +247,14 @@ Row follow(const Problem<D>& given, const std::function<void(const State<D>&)>& 
     if (!row.failed.empty()) return row;
     Problem<D> problem     = given;
     Particles<D> particles = plant_all(problem);
-    Explicit<D> method(problem.model);
-    row.particles = particles.count;
+    row.particles          = particles.count;
     if (problem.velocity) set_velocities<D>(particles, 0, particles.count, problem.velocity, problem.model.h);
-    State<D> s = method.start(std::move(particles));
-    see(s);
-    Recorder<D> recorder(problem, method, row);
-    advance(method, s, row, recorder, see);
-    if (row.failed.empty()) recorder.finish(s);
+    Simulation<D> sim(problem.model, [&](const Explicit<D>& scheme) { return scheme.start(std::move(particles)); },
+                      {.end = problem.end, .dt = row.dt});
+    see(sim.state());
+    Recorder<D> recorder(problem, sim.scheme(), row);
+    run<D>(sim, row, recorder, see);
+    if (row.failed.empty()) recorder.finish(sim.state());
     return row;
 }
 

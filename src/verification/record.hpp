@@ -2,7 +2,7 @@
 #pragma once
 
 #include "method/diagnostics.hpp"
-#include "method/explicit.hpp"
+#include "sim/simulation.hpp"
 #include "verification/measure.hpp"
 
 #include <algorithm>
@@ -61,7 +61,7 @@ inline std::string axis_name(int a) { return {static_cast<char>('x' + a)}; }
 
 /// Fills `row.history` and `row.final_particles`. Energies and momenta of the solution are those at the particles' X and times.
 template <int D>
-class Recorder {
+class Recorder : public Observer<D> {
   public:
     Recorder(const Problem<D>& problem, const Explicit<D>& method, Row& row)
         : problem_(problem),
@@ -82,7 +82,9 @@ class Recorder {
         for (int a = 0; a < D; ++a) names.push_back("momentum_" + axis_name(a) + "_exact");
     }
 
-    /// Before each step. The projection that the nodes' momentum needs changes nothing in the step.
+    void before_step(Simulation<D>& sim, const StepSize&) override { sample(sim.state()); }
+
+    /// Adds a row where one is due. The projection that the nodes' momentum needs changes nothing in the step.
     void sample(State<D>& s)
     {
         if (!problem_.is_recorded || (s.n % stride_ != 0 && s.n != row_.steps)) return;

@@ -11,6 +11,6 @@ run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${place}/prefix)
 run(${CMAKE_COMMAND} -S ${SOURCE} -B ${place}/build -G ${GENERATOR} -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER=${COMPILER}
     -DCMAKE_PREFIX_PATH=${place}/prefix)
 run(${CMAKE_COMMAND} --build ${place}/build)
-run(${place}/build/falling_block)
+run(${place}/build/falling_block ${SOURCE}/case.toml)
 run(${place}/prefix/bin/ordo --version)
 run(${place}/prefix/bin/ordo verify vibration-1d --method cpdi1 --cells 4,8 --figures ${place}/figures)

@@ -211,17 +211,17 @@ TEST(EnergyBalance, Closes)
     for (const Preset& p : presets_of_lattices()) {
         SCOPED_TRACE(p.name);
         const ParticleLattice lattice{p.spec, p.spec.projection == Projection::tls ? 3 : 2, 0.0, 16, 0.0};
-        const Explicit<1> method(model_of<1>(lattice, "linear-rate-1d"));
-        Particles<1> particles = plant_all(method.model(), seeds_of<1>(lattice));
+        const Model<1> model   = model_of<1>(lattice, "linear-rate-1d");
+        Particles<1> particles = plant_all(model, seeds_of<1>(lattice));
         set_velocities<1>(
-            particles, 0, particles.count, [](const Vec<1>& x) { return Vec<1>{1e-6 * std::sin(kPi * x[0] / 8)}; },
-            method.model().h);
-        State<1> s         = method.start(std::move(particles));
-        const double first = totals(method.model(), s.particles).total_energy();
+            particles, 0, particles.count, [](const Vec<1>& x) { return Vec<1>{1e-6 * std::sin(kPi * x[0] / 8)}; }, model.h);
+        Simulation<1> sim(model, [&](const Explicit<1>& scheme) { return scheme.start(std::move(particles)); },
+                          {.end = 100.0, .dt = 0.3});
+        const double first = totals(model, sim.state().particles).total_energy();
         double last        = first;
         for (int k = 0; k < 20; ++k) {
-            const EnergyBalance e = step_with_balance(method, s, 0.3);
-            const double now      = totals(method.model(), s.particles).total_energy();
+            const EnergyBalance e = step_with_balance(sim);
+            const double now      = totals(model, sim.state().particles).total_energy();
             EXPECT_LT(std::fabs(e.motion - e.work), 1e-12 * first) << k;
             EXPECT_LT(std::fabs(e.projection + e.motion + e.update + e.stress - e.work - (now - last)), 1e-12 * first) << k;
             last = now;

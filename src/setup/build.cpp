@@ -1,0 +1,200 @@
+#include "setup/build.hpp"
+
+#include "method/planting.hpp"
+#include "method/spline_scheme.hpp"
+#include "method/tables.hpp"
+#include "setup/conditions.hpp"
+#include "setup/inside.hpp"
+#include "setup/loads.hpp"
+#include "setup/overlap.hpp"
+#include "setup/seeding.hpp"
+#include "setup/surface.hpp"
+#include "setup/time_step.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ordo::setup {
+
+namespace {
+
+template <int D>
+void require_materials(const CaseSpec<D>& spec)
+{
+    if (spec.materials.empty()) throw SetupError(Part::material, 0, "", "there is none; a case needs at least one material");
+    for (std::size_t k = 0; k < spec.materials.size(); ++k) {
+        const Material& m = spec.materials[k];
+        auto fail         = [&](const char* key, const std::string& why) {
+            throw SetupError(Part::material, static_cast<int>(k), key, why);
+        };
+        if (!(m.density > 0)) fail("density", fmt::format("must be positive (got {})", m.density));
+        if (!(m.p_wave_modulus() > 0)) fail("lambda", "makes the P-wave modulus zero or negative; the material would collapse");
+        if (!m.law) fail("model", "is missing; take one of find_law");
+        if (D > m.law->max_dim) fail("model", fmt::format("{} exists in {}D only", m.law->name, m.law->max_dim));
+    }
+}
+
+/// Gives nameless bodies a name.
+template <int D>
+void require_bodies(CaseSpec<D>& spec)
+{
+    if (spec.bodies.empty()) throw SetupError(Part::body, 0, "", "there is none; a case needs at least one body");
+    for (std::size_t k = 0; k < spec.bodies.size(); ++k) {
+        BodySpec<D>& b = spec.bodies[k];
+        if (b.name.empty()) b.name = fmt::format("body {}", k);
+        if (!(b.material >= 0 && b.material < static_cast<int>(spec.materials.size())))
+            throw SetupError(Part::body, static_cast<int>(k), "material", fmt::format("there is no material {}", b.material));
+    }
+}
+
+/// All but the faces of tractions and the free surface, which need the bodies.
+template <int D>
+Model<D> model_of(const CaseSpec<D>& spec)
+{
+    Model<D> model{};
+    model.method  = spec.method;
+    model.origin  = spec.origin;
+    model.gravity = spec.gravity;
+    for (int a = 0; a < D; ++a) {
+        model.cells[a] = static_cast<int>(std::lround(spec.size[a] / spec.spacing[a]));
+        model.h[a]     = spec.size[a] / model.cells[a];
+    }
+    model.materials = spec.materials;
+    set_up_conditions(spec, model);
+    for (const TractionSpec<D>& t : spec.tractions) model.tractions.push_back(t.traction);
+    for (const BodySpec<D>& b : spec.bodies) model.body_forces.push_back(b.body_force);
+    return model;
+}
+
+/// Bodies before they are particles.
+template <int D>
+struct Seeded {
+    std::vector<Seed<D>> seeds{};
+    std::vector<int> body_of{};         ///< of each seed
+    std::vector<CellMesh<D>> meshes{};  ///< of bodies, where the method or tractions want them
+    std::vector<int> first{};           ///< particle of each body, and behind the last
+};
+
+template <int D>
+Seeded<D> seed_bodies(CaseSpec<D>& spec, const Model<D>& model, double most_particles)
+{
+    Seeded<D> r;
+    double count = 0;
+    for (std::size_t n = 0; n < spec.bodies.size(); ++n) {
+        const int k          = static_cast<int>(n);
+        const Filling<D> own = fill_body(spec.bodies[n], k, model, most_particles);
+        require_inside(spec.bodies[n], k, own, model);
+        r.seeds.insert(r.seeds.end(), own.seeds.begin(), own.seeds.end());
+        r.body_of.resize(r.seeds.size(), k);
+        r.first.push_back(static_cast<int>(count));
+        if (has_cells(model.method) || !spec.tractions.empty()) r.meshes.push_back(mesh_body(own, k, model.method));
+        count += static_cast<double>(r.meshes.empty() ? own.seeds.size() : r.meshes.back().cells.size());
+        require_count(k, count, most_particles);
+    }
+    r.first.push_back(static_cast<int>(count));
+    return r;
+}
+
+template <int D>
+void plant_body(const BodySpec<D>& b, int k, const Seeded<D>& seeded, const Model<D>& model, Particles<D>& p)
+{
+    const int begin = seeded.first[k], end = seeded.first[k + 1];
+    const double density = model.materials[b.material].density;
+    if (has_cells(model.method)) plant_cells(p, begin, seeded.meshes[k], density);
+    for (int i = begin; i < end; ++i) {
+        if (!has_cells(model.method)) plant(p, i, seeded.seeds[i], density);
+        const Vec<D> x = p.x[i];
+        p.body[i]      = k;
+        p.material[i]  = b.material;
+        require_finite(evaluate<D>(b.body_force, {padded(x), padded(x), 0.0}), Part::body, k, "body_force", x);
+    }
+    const auto velocity_at = [&](const Vec<D>& x) { return evaluate<D>(b.velocity, {padded(x), padded(x), 0.0}); };
+    set_velocities(p, begin, end, velocity_at, model.h);
+    for (int i = begin; i < end; ++i) require_finite(p.v[i], Part::body, k, "velocity", p.x[i]);
+}
+
+template <int D>
+void set_up_enrichment(const Model<D>& model, Particles<D>& p)
+{
+    auto fail = [](std::string_view why) { throw SetupError(Part::method, 0, "enrichment", why); };
+    int count = 0;
+    try {
+        count = enrich(model, p);
+    } catch (const InputError& e) {
+        fail(e.what());
+    }
+    if (count == 0)
+        fail("finds no interface: no two bodies share a corner. Meshes must conform, and shapes have the same cells on "
+             "both sides; or choose enrichment = \"all\" or a method without (cpdi2)");
+}
+
+/// Projection spline-fit takes bodies that fill a grid between walls, or one built-in shape, which may end inside it.
+template <int D>
+void set_up_splines(const CaseSpec<D>& spec, Model<D>& model, int particles)
+{
+    auto fail = [](std::string_view why) { throw SetupError(Part::method, 0, "projection", why); };
+    if (spec.bodies.size() == 1) model.surface = free_surface(spec.bodies[0].shape, model);
+    double cells = 1;
+    for (int a = 0; a < D; ++a) cells *= model.cells[a];
+    if (model.surface.empty() && cells > particles)
+        fail(fmt::format("fits splines on {} cells to {} particles, and wants two or more a cell along each axis: let the "
+                         "bodies fill the grid, or take one of shape box, ball, ring or cylinder",
+                         cells, particles));
+    try {
+        require_spline_model(model);
+    } catch (const InputError& e) {
+        fail(e.what());
+    }
+}
+
+}  // namespace
+
+void require_grid(const double* size, const double* spacing, int dim)
+{
+    auto fail    = [](const char* key, const std::string& why) { throw SetupError(Part::grid, 0, key, why); };
+    double cells = 1;
+    for (int a = 0; a < dim; ++a) {
+        if (!(size[a] > 0)) fail("size", fmt::format("must be positive (got {})", size[a]));
+        if (!(spacing[a] > 0)) fail("spacing", fmt::format("must be positive (got {})", spacing[a]));
+        const double n = size[a] / spacing[a];
+        cells *= n;
+        if (std::fabs(n - std::round(n)) > 1e-6 * std::max(1.0, n) || std::round(n) < 1)
+            fail("spacing", fmt::format("must divide the size {} of axis {} into whole cells (got {}); {} would", size[a],
+                                        "xyz"[a], spacing[a], size[a] / std::max(1.0, std::round(n))));
+        if (n > 1e6) fail("spacing", fmt::format("gives {:.3g} cells along axis {}; at most 1e6 are allowed", n, "xyz"[a]));
+    }
+    if (cells > 1e11) fail("spacing", fmt::format("gives {:.3g} cells; at most 1e11 are allowed", cells));
+}
+
+template <int D>
+Built<D> build(CaseSpec<D> spec, double most_particles)
+{
+    require_grid(spec.size.c, spec.spacing.c, D);
+    if (const Rule* rule = broken_rule(spec.method))
+        throw SetupError(Part::method, 0, "", fmt::format("{} is not allowed: {}", rule->what, rule->why));
+    require_materials(spec);
+    require_bodies(spec);
+    require_faces(spec.tractions, spec.bodies);
+    Model<D> model         = model_of(spec);
+    const Seeded<D> seeded = seed_bodies(spec, model, most_particles);
+    require_apart(spec.bodies, seeded.seeds, seeded.body_of, model);
+
+    Particles<D> p(seeded.first.back(), field_groups(model));
+    for (std::size_t n = 0; n < spec.bodies.size(); ++n) {
+        const int k = static_cast<int>(n);
+        plant_body(spec.bodies[n], k, seeded, model, p);
+        if (!spec.tractions.empty()) load_faces(spec.tractions, spec.bodies[n], k, seeded.meshes[n], seeded.first[n], model, p);
+    }
+    if (has_enrichment(model.method)) set_up_enrichment(model, p);
+    if (is_spline_fit(model.method)) set_up_splines(spec, model, p.count);
+    require_stable(spec.time, model, p);
+    return {std::move(model), std::move(p), spec.time};
+}
+
+template Built<1> build(CaseSpec<1>, double);
+template Built<2> build(CaseSpec<2>, double);
+template Built<3> build(CaseSpec<3>, double);
+
+}  // namespace ordo::setup

@@ -1,0 +1,110 @@
+#include "setup/conditions.hpp"
+
+#include "method/place.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace ordo::setup {
+
+namespace {
+
+[[noreturn]] void fail(int k, std::string_view key, std::string_view why) { throw SetupError(Part::boundary, k, key, why); }
+
+/// Prescribed velocities must be numbers on the nodes of their plane; of a plane of two axes 1000 along each are asked.
+template <int D>
+void require_finite_on_plane(const Boundary<D>& b, int k, const Model<D>& model)
+{
+    Index<D> n{}, step{};
+    for (int a = 0; a < D; ++a) {
+        step[a] = D < 3 ? 1 : model.cells[a] / 1000 + 1;
+        n[a]    = a == b.axis ? 1 : model.cells[a] / step[a] + 1;
+    }
+    IndexBox<D>{{}, n}.for_each([&](const Index<D>& at) {
+        Vec<D> x{}, value{};
+        for (int a = 0; a < D; ++a) x[a] = a == b.axis ? b.at : model.origin[a] + at[a] * step[a] * model.h[a];
+        for (int a = 0; a < D; ++a)
+            if (b.value[a]) value[a] = (*b.value[a])({padded(x), padded(x), 0.0});
+        require_finite(value, Part::boundary, k, "value", x);
+    });
+}
+
+BoundaryType type_of(FaceType type)
+{
+    switch (type) {
+    case FaceType::symmetry: return BoundaryType::symmetry;
+    case FaceType::velocity: return BoundaryType::velocity;
+    case FaceType::fixed:
+    case FaceType::periodic:
+    case FaceType::free: break;
+    }
+    return BoundaryType::fixed;
+}
+
+template <int D>
+void require_plane(const BoundarySpec<D>& b, int k, const CaseSpec<D>& spec)
+{
+    if (!(b.axis >= 0 && b.axis < D)) fail(k, "face", fmt::format("axis {} does not exist in {}D", b.axis, D));
+    if (!b.at) return;
+    const double low = spec.origin[b.axis], high = low + spec.size[b.axis];
+    if (!(*b.at >= low && *b.at <= high))
+        fail(k, "at", fmt::format("the plane {} lies outside the grid, {} to {}", *b.at, low, high));
+    if (b.type == FaceType::periodic) fail(k, "at", "has no meaning for a periodic axis; remove it");
+}
+
+}  // namespace
+
+template <int D>
+void require_finite(const Vec<D>& value, Part part, int index, std::string_view key, const Vec<D>& at)
+{
+    for (int a = 0; a < D; ++a)
+        if (!std::isfinite(value[a]))
+            throw SetupError(part, index, key,
+                             fmt::format("is {} at {}, t = 0; the expression must give a number everywhere", std::fabs(value[a]),
+                                         place_text(at)),
+                             a);
+}
+
+template <int D>
+void set_up_conditions(const CaseSpec<D>& spec, Model<D>& model)
+{
+    for (std::size_t n = 0; n < spec.boundaries.size(); ++n) {
+        const BoundarySpec<D>& b = spec.boundaries[n];
+        const int k              = static_cast<int>(n);
+        require_plane(b, k, spec);
+        if (b.type == FaceType::periodic) model.periodic[b.axis] = true;
+        if (b.type == FaceType::periodic || b.type == FaceType::free) continue;
+        Boundary<D> r{.axis           = b.axis,
+                      .outer_is_above = b.is_above,
+                      .at             = b.at.value_or(model.face(b.axis, b.is_above)),
+                      .type           = type_of(b.type),
+                      .value          = {}};
+        if (r.type == BoundaryType::velocity) {
+            r.value = b.value;
+            require_finite_on_plane(r, k, model);
+        }
+        if (is_inner_plane_of_splines(model, r))
+            fail(k, "at",
+                 fmt::format("the plane {} = {} lies inside the grid, where splines do not interpolate: a wall there "
+                             "would be wrong by up to a cell; let the grid end there, or use basis \"hat\"",
+                             "xyz"[b.axis], r.at));
+        model.boundaries.push_back(std::move(r));
+    }
+    for (std::size_t n = 0; n < spec.boundaries.size(); ++n) {
+        const BoundarySpec<D>& b = spec.boundaries[n];
+        if (b.type != FaceType::periodic && model.periodic[b.axis])
+            fail(static_cast<int>(n), "face",
+                 fmt::format("{} belongs to a periodic axis, which has no faces; remove one of the two entries",
+                             face_name(b.axis, b.is_above)));
+    }
+}
+
+template void set_up_conditions(const CaseSpec<1>&, Model<1>&);
+template void set_up_conditions(const CaseSpec<2>&, Model<2>&);
+template void set_up_conditions(const CaseSpec<3>&, Model<3>&);
+template void require_finite(const Vec<1>&, Part, int, std::string_view, const Vec<1>&);
+template void require_finite(const Vec<2>&, Part, int, std::string_view, const Vec<2>&);
+template void require_finite(const Vec<3>&, Part, int, std::string_view, const Vec<3>&);
+
+}  // namespace ordo::setup

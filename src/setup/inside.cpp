@@ -1,0 +1,125 @@
+#include "setup/inside.hpp"
+
+#include "method/place.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace ordo::setup {
+
+namespace {
+
+[[noreturn]] void fail(int k, std::string_view why) { throw SetupError(Part::body, k, "shape", why); }
+
+/// The bounding box of a body: of its mesh, else of the domains of its seeds.
+template <int D>
+Bounds<D> bounds_of(const Filling<D>& body)
+{
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    Bounds<D> r{Vec<D>::filled(infinity), Vec<D>::filled(-infinity)};
+    auto add = [&](const Vec<D>& x, const Vec<D>& reach) {
+        for (int a = 0; a < D; ++a) {
+            r.lower[a] = std::min(r.lower[a], x[a] - reach[a]);
+            r.upper[a] = std::max(r.upper[a], x[a] + reach[a]);
+        }
+    };
+    for (const Vec<D>& x : body.mesh.corners) add(x, {});
+    for (const Seed<D>& s : body.seeds)
+        if (body.mesh.corners.empty()) add(s.x, reach_of_domain(s));
+    return r;
+}
+
+template <int D>
+void require_in_periods(const BodySpec<D>& b, int k, const Bounds<D>& bounds, const Model<D>& model)
+{
+    for (int a = 0; a < D; ++a) {
+        if (!model.periodic[a]) continue;
+        const double low = model.origin[a], period = model.cells[a] * model.h[a];
+        if (!(bounds.upper[a] - bounds.lower[a] <= period * (1 + 1e-6)))
+            fail(k, fmt::format("body \"{}\" overlaps itself: it is longer than the period {} of axis {}", b.name, period,
+                                "xyz"[a]));
+        if (!(bounds.lower[a] >= low - period && bounds.upper[a] <= low + 2 * period))
+            fail(k, fmt::format("body \"{}\" lies outside the grid and the periods beside it: it runs from {:.6g} to {:.6g} "
+                                "along axis {}, the grid from {} to {}; move the body",
+                                b.name, bounds.lower[a], bounds.upper[a], "xyz"[a], low, low + period));
+    }
+}
+
+/// A seed on an axis that is not periodic. Sectors bulge over their parallelograms; there, and in meshes, the centre decides.
+template <int D>
+void require_seed_inside(const BodySpec<D>& b, int k, const Seed<D>& s, int a, const Model<D>& model)
+{
+    const double tolerance = 1e-9 * model.h[a];
+    const double reach     = is_polar(b) || is_mesh(b) ? 0.0 : reach_of_domain(s)[a];
+    const double low = model.origin[a], high = low + model.cells[a] * model.h[a];
+    if (!(s.x[a] - reach >= low - tolerance && s.x[a] + reach <= high + tolerance))
+        fail(k, fmt::format("body \"{}\" lies outside the grid: its particle at {} reaches beyond {} to {} of axis "
+                            "{}; move the body or enlarge [grid] size",
+                            b.name, place_text(s.x), low, high, "xyz"[a]));
+    for (const Boundary<D>& plane : model.boundaries)
+        if (plane.axis == a && (plane.outer_is_above ? s.x[a] > plane.at + tolerance : s.x[a] < plane.at - tolerance))
+            fail(k, fmt::format("body \"{}\" lies beyond the boundary at {} = {}: its particle at {}; move the body or the plane",
+                                b.name, "xyz"[a], plane.at, place_text(s.x)));
+}
+
+template <int D>
+void require_mesh_inside(const BodySpec<D>& b, int k, const CellMesh<D>& mesh, const Model<D>& model)
+{
+    for (const Vec<D>& x : mesh.corners)
+        for (int a = 0; a < D; ++a) {
+            const double low = model.origin[a], high = low + model.cells[a] * model.h[a], tolerance = 1e-9 * model.h[a];
+            if (!model.periodic[a] && !(x[a] >= low - tolerance && x[a] <= high + tolerance))
+                fail(k, fmt::format("body \"{}\" lies outside the grid: its corner at {} lies beyond {} to {} of axis {}; "
+                                    "move the mesh or enlarge [grid] size",
+                                    b.name, place_text(x), low, high, "xyz"[a]));
+        }
+}
+
+}  // namespace
+
+template <int D>
+Vec<D> reach_of_domain(const Seed<D>& s)
+{
+    Vec<D> r{};
+    for (int a = 0; a < D; ++a)
+        for (int d = 0; d < D; ++d) r[a] += std::fabs(s.edges(a, d));
+    return r;
+}
+
+template <int D>
+void require_near(const BodySpec<D>& b, int k, const Bounds<D>& bounds, const Model<D>& model)
+{
+    for (int a = 0; a < D; ++a) {
+        const double length = model.cells[a] * model.h[a], around = model.periodic[a] ? length : 0.0;
+        const double low = model.origin[a] - around, high = model.origin[a] + length + around;
+        if (!(bounds.upper[a] >= low && bounds.lower[a] <= high))
+            fail(k, fmt::format("body \"{}\" lies outside the grid: it runs from {:.6g} to {:.6g} along axis {}, between {} "
+                                "and {} it would meet the grid; move the body or enlarge [grid] size",
+                                b.name, bounds.lower[a], bounds.upper[a], "xyz"[a], low, high));
+    }
+}
+
+template <int D>
+void require_inside(const BodySpec<D>& b, int k, const Filling<D>& filling, const Model<D>& model)
+{
+    require_in_periods(b, k, bounds_of(filling), model);
+    for (const Seed<D>& s : filling.seeds)
+        for (int a = 0; a < D; ++a)
+            if (!model.periodic[a]) require_seed_inside(b, k, s, a, model);
+    require_mesh_inside(b, k, filling.mesh, model);
+}
+
+template Vec<1> reach_of_domain(const Seed<1>&);
+template Vec<2> reach_of_domain(const Seed<2>&);
+template Vec<3> reach_of_domain(const Seed<3>&);
+template void require_near(const BodySpec<1>&, int, const Bounds<1>&, const Model<1>&);
+template void require_near(const BodySpec<2>&, int, const Bounds<2>&, const Model<2>&);
+template void require_near(const BodySpec<3>&, int, const Bounds<3>&, const Model<3>&);
+template void require_inside(const BodySpec<1>&, int, const Filling<1>&, const Model<1>&);
+template void require_inside(const BodySpec<2>&, int, const Filling<2>&, const Model<2>&);
+template void require_inside(const BodySpec<3>&, int, const Filling<3>&, const Model<3>&);
+
+}  // namespace ordo::setup

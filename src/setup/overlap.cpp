@@ -1,0 +1,133 @@
+#include "setup/overlap.hpp"
+
+#include "method/place.hpp"
+#include "setup/inside.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+namespace ordo::setup {
+
+namespace {
+
+/// The seeds that may overlap others, in bins of a grid cell.
+template <int D>
+class Candidates {
+  public:
+    Candidates(const std::vector<BodySpec<D>>& bodies, const std::vector<Seed<D>>& seeds, const std::vector<int>& body,
+               const Model<D>& model)
+        : bodies_(bodies), seeds_(seeds), body_(body), model_(model)
+    {
+        const std::vector<Bounds<D>> bounds = bounds_of_bodies();
+        for (std::size_t i = 0; i < seeds.size(); ++i)
+            if (is_candidate(i, bounds)) bins_.emplace_back(bin_of(seeds[i].x), static_cast<int>(i));
+        std::sort(bins_.begin(), bins_.end());
+    }
+
+    void require_apart() const
+    {
+        for (const auto& [bin, i] : bins_) require_others_outside(i);
+    }
+
+  private:
+    std::vector<Bounds<D>> bounds_of_bodies() const
+    {
+        constexpr double infinity = std::numeric_limits<double>::infinity();
+        std::vector<Bounds<D>> bounds(bodies_.size(), {Vec<D>::filled(infinity), Vec<D>::filled(-infinity)});
+        for (std::size_t i = 0; i < seeds_.size(); ++i) {
+            const Vec<D> r = reach_of_domain(seeds_[i]);
+            for (int a = 0; a < D; ++a) {
+                bounds[body_[i]].lower[a] = std::min(bounds[body_[i]].lower[a], seeds_[i].x[a] - r[a]);
+                bounds[body_[i]].upper[a] = std::max(bounds[body_[i]].upper[a], seeds_[i].x[a] + r[a]);
+            }
+        }
+        return bounds;
+    }
+
+    bool is_candidate(std::size_t i, const std::vector<Bounds<D>>& bounds) const
+    {
+        const Vec<D> r = reach_of_domain(seeds_[i]);
+        for (std::size_t k = 0; k < bounds.size(); ++k) {
+            bool meets = static_cast<int>(k) != body_[i];
+            for (int a = 0; a < D; ++a)
+                meets = meets && seeds_[i].x[a] + r[a] > bounds[k].lower[a] && seeds_[i].x[a] - r[a] < bounds[k].upper[a];
+            if (meets) return true;
+        }
+        return std::holds_alternative<std::vector<Seed<D>>>(bodies_[body_[i]].shape);
+    }
+
+    std::uint64_t bin_of(const Vec<D>& x) const
+    {
+        std::uint64_t key = 0;
+        for (int a = D - 1; a >= 0; --a)
+            key = key * static_cast<std::uint64_t>(model_.cells[a]) +
+                  static_cast<std::uint64_t>(std::clamp((x[a] - model_.origin[a]) / model_.h[a], 0.0, model_.cells[a] - 0.5));
+        return key;
+    }
+
+    void require_outside(int j, int i, const Mat<D>& to_domain) const
+    {
+        if (j == i) return;
+        const Vec<D> local = to_domain * (seeds_[j].x - seeds_[i].x);
+        bool inside        = true;
+        for (int a = 0; a < D; ++a) inside = inside && std::fabs(local[a]) < 1 - 1e-9;
+        if (!inside) return;
+        const int one = std::max(body_[i], body_[j]), other = std::min(body_[i], body_[j]);
+        throw SetupError(Part::body, one, "shape",
+                         fmt::format("body \"{}\" overlaps {} near {}; move them apart", bodies_[one].name,
+                                     one == other ? "itself" : "body \"" + bodies_[other].name + "\"", place_text(seeds_[j].x)));
+    }
+
+    /// No other centre may lie in the domain of seed i, which may reach over several bins.
+    void require_others_outside(int i) const
+    {
+        const Seed<D>& s       = seeds_[i];
+        const Mat<D> to_domain = inverse(s.edges);
+        const Vec<D> reach     = reach_of_domain(s);
+        double count           = 1;
+        for (int a = 0; a < D; ++a) count *= std::ceil(2 * reach[a] / model_.h[a]) + 1;
+        if (!(count <= static_cast<double>(bins_.size()))) {  // the domain has more bins than there are particles
+            for (const auto& other : bins_) require_outside(other.second, i, to_domain);
+            return;
+        }
+        Index<D> n{};
+        for (int a = 0; a < D; ++a) n[a] = static_cast<int>(std::ceil(2 * reach[a] / model_.h[a])) + 1;
+        IndexBox<D>{{}, n}.for_each([&](const Index<D>& k) {
+            Vec<D> at{};
+            for (int a = 0; a < D; ++a) at[a] = s.x[a] - reach[a] + std::min(k[a] * model_.h[a], 2 * reach[a]);
+            const std::uint64_t bin = bin_of(at);
+            for (auto it = std::lower_bound(bins_.begin(), bins_.end(), std::pair{bin, 0}); it != bins_.end() && it->first == bin;
+                 ++it)
+                require_outside(it->second, i, to_domain);
+        });
+    }
+
+    const std::vector<BodySpec<D>>& bodies_;
+    const std::vector<Seed<D>>& seeds_;
+    const std::vector<int>& body_;
+    const Model<D>& model_;
+    std::vector<std::pair<std::uint64_t, int>> bins_;
+};
+
+}  // namespace
+
+template <int D>
+void require_apart(const std::vector<BodySpec<D>>& bodies, std::vector<Seed<D>> seeds, const std::vector<int>& body,
+                   const Model<D>& model)
+{
+    // The seed of a mesh's cell is a box of its volume, which pokes out where the cell is slender: less than half of it counts.
+    for (std::size_t i = 0; i < seeds.size(); ++i)
+        if (is_mesh(bodies[body[i]])) seeds[i].edges *= 0.4;
+    Candidates<D>(bodies, seeds, body, model).require_apart();
+}
+
+template void require_apart(const std::vector<BodySpec<1>>&, std::vector<Seed<1>>, const std::vector<int>&, const Model<1>&);
+template void require_apart(const std::vector<BodySpec<2>>&, std::vector<Seed<2>>, const std::vector<int>&, const Model<2>&);
+template void require_apart(const std::vector<BodySpec<3>>&, std::vector<Seed<3>>, const std::vector<int>&, const Model<3>&);
+
+}  // namespace ordo::setup

@@ -1,0 +1,172 @@
+#include "setup/seeding.hpp"
+
+#include "method/place.hpp"
+#include "method/planting.hpp"
+#include "setup/inside.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace ordo::setup {
+
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+[[noreturn]] void fail(int k, std::string_view key, std::string_view why) { throw SetupError(Part::body, k, key, why); }
+
+void require_radius(int k, double radius)
+{
+    if (!(radius > 0)) fail(k, "radius", fmt::format("must be positive (got {})", radius));
+}
+
+template <int D>
+void require_shape(const Bounds<D>& box, int k)
+{
+    for (int a = 0; a < D; ++a)
+        if (!(box.lower[a] < box.upper[a]))
+            fail(k, "upper",
+                 fmt::format("must be larger than lower on every axis (axis {}: {} and {})", "xyz"[a], box.lower[a],
+                             box.upper[a]));
+}
+
+template <int D>
+void require_shape(const TubeShape<D>& shape, int k)
+{
+    const Tube<D>& tube = shape.tube;
+    require_radius(k, tube.outer);
+    if (!(tube.inner >= 0 && tube.inner < tube.outer))
+        fail(k, "inner_radius", fmt::format("must be smaller than radius {} (got {})", tube.outer, tube.inner));
+    const double angle = tube.to - tube.from;
+    if (!(angle > 0 && angle <= 2 * std::numbers::pi * (1 + 1e-12)))
+        fail(k, "angle", fmt::format("must grow by at most 360 degrees (got {} to {})", tube.from / kDegree, tube.to / kDegree));
+    if (shape.is_polar && !(tube.inner > 0)) fail(k, "cells", "polar cells need a hole: give an inner_radius above zero");
+    if (D == 3 && !(tube.axis >= 0 && tube.axis < 3)) fail(k, "axis", "must be 0, 1 or 2");
+    if (D == 3 && !(tube.bottom < tube.top)) fail(k, "height", "must be positive");
+}
+
+/// The sub-cells in the bounds of a shape must not be more than there may be particles.
+template <int D>
+void require_fillable(const BodySpec<D>& b, int k, const Bounds<D>& bounds, const SubCells<D>& cells, const Model<D>& model,
+                      double most)
+{
+    require_near(b, k, bounds, model);
+    double count = 1;
+    for (int a = 0; a < D; ++a) count *= (bounds.upper[a] - bounds.lower[a]) / (cells.h[a] / cells.n[a]) + 1;
+    require_count(k, count, most);
+}
+
+/// As many polar cells as the grid's sub-cells would give at the middle radius, or as the shape says.
+template <int D>
+Filling<D> fill_polar_cells(const TubeShape<D>& shape, int k, const SubCells<D>& cells, double most)
+{
+    const Tube<D>& tube = shape.tube;
+    double all          = 1;
+    auto count          = [&](std::optional<int> given, double length, double cell) {
+        const double n = given ? *given : std::max(1.0, std::round(length / cell));
+        require_count(k, all *= n, most);
+        return std::max(1, static_cast<int>(n));
+    };
+    const int e1 = tube.first(), e2 = tube.second();
+    const int radial  = count(shape.radial, tube.outer - tube.inner, cells.h[e1] / cells.n[e1]);
+    const int angular = count(shape.angular, (tube.to - tube.from) * (tube.inner + tube.outer) / 2, cells.h[e2] / cells.n[e2]);
+    const int layers  = D == 3 ? count(shape.layers, tube.top - tube.bottom, cells.h[tube.axis] / cells.n[tube.axis]) : 1;
+    if ((tube.to - tube.from) / angular > 60 * kDegree * (1 + 1e-12))
+        fail(k, "angular",
+             fmt::format("makes cells of {:.3g} degrees; at most 60 are allowed, for a domain is drawn with straight sides",
+                         (tube.to - tube.from) / angular / kDegree));
+    return {fill_polar(tube, radial, angular, layers), polar_cells(tube, radial, angular, layers), {}};
+}
+
+template <int D>
+Filling<D> fill_tube(const BodySpec<D>& b, int k, const SubCells<D>& cells, const Model<D>& model, double most)
+{
+    const auto& shape = std::get<TubeShape<D>>(b.shape);
+    require_shape(shape, k);
+    if (shape.is_polar) {
+        require_near(b, k, shape.tube.bounds(), model);
+        return fill_polar_cells(shape, k, cells, most);
+    }
+    require_fillable(b, k, shape.tube.bounds(), cells, model, most);
+    return {fill(shape.tube, cells), {}, {}};
+}
+
+/// A box, a ball or a tube, in sub-cells of the grid.
+template <int D>
+Filling<D> fill_shape(const BodySpec<D>& b, int k, const Model<D>& model, double most)
+{
+    for (int a = 0; a < D; ++a)
+        if (b.particles_per_cell[a] < 1) fail(k, "particles_per_cell", "must be one or more along each axis");
+    const SubCells<D> cells{model.origin, model.h, b.particles_per_cell, b.gauss};
+    if (cells.gauss && model.method.domain != Domain::point)
+        fail(k, "seeding", "gauss has no domains that tile the body: use centres, or a method with method.domain \"point\"");
+    if (const auto* box = std::get_if<Bounds<D>>(&b.shape)) {
+        require_shape(*box, k);
+        require_fillable(b, k, *box, cells, model, most);
+        return {fill_box(*box, cells), {}, {}};
+    }
+    if (const auto* ball = std::get_if<Ball<D>>(&b.shape)) {
+        require_radius(k, ball->radius);
+        require_fillable(b, k, ball->bounds(), cells, model, most);
+        return {fill(*ball, cells), {}, {}};
+    }
+    if constexpr (D >= 2)
+        return fill_tube(b, k, cells, model, most);
+    else
+        fail(k, "shape", "rings and cylinders need two dimensions or more");
+}
+
+}  // namespace
+
+void require_count(int k, double count, double most)
+{
+    if (!(count <= most))
+        fail(k, "particles_per_cell",
+             fmt::format("makes about {:.3g} particles in all, more than {:.3g}; use fewer, a smaller body or a coarser [grid] "
+                         "spacing",
+                         count, most));
+}
+
+template <int D>
+Filling<D> fill_body(BodySpec<D>& b, int k, const Model<D>& model, double most)
+{
+    if (auto* seeds = std::get_if<std::vector<Seed<D>>>(&b.shape)) {
+        if (seeds->empty()) fail(k, "shape", "holds no particle");
+        for (const Seed<D>& s : *seeds)
+            if (!(s.volume > 0)) fail(k, "shape", fmt::format("its particle at {} has no positive volume", place_text(s.x)));
+        return {std::move(*seeds), {}, {}};
+    }
+    if (auto* shape = std::get_if<MeshShape<D>>(&b.shape)) {
+        if (shape->mesh.cells.empty()) fail(k, "shape", "holds no particle");
+        Filling<D> r{.seeds = {}, .corners = {}, .mesh = std::move(shape->mesh)};
+        for (const CornerIds<D>& cell : r.mesh.cells) r.seeds.push_back(seed_of(r.mesh, cell));
+        return r;
+    }
+    Filling<D> filling = fill_shape(b, k, model, most);
+    if (filling.seeds.empty())
+        fail(
+            k, "shape",
+            "holds no particle: it is smaller than a sub-cell of the grid; refine [grid] spacing or use more particles_per_cell");
+    return filling;
+}
+
+template <int D>
+CellMesh<D> mesh_body(const Filling<D>& filling, int k, const MethodSpec& method)
+try {
+    if (filling.mesh.cells.empty()) return mesh_of(method, filling.seeds, filling.corners);
+    return method.domain == Domain::simplex ? split(filling.mesh) : filling.mesh;
+} catch (const InputError& e) {
+    fail(k, "shape", e.what());
+}
+
+template Filling<1> fill_body(BodySpec<1>&, int, const Model<1>&, double);
+template Filling<2> fill_body(BodySpec<2>&, int, const Model<2>&, double);
+template Filling<3> fill_body(BodySpec<3>&, int, const Model<3>&, double);
+template CellMesh<1> mesh_body(const Filling<1>&, int, const MethodSpec&);
+template CellMesh<2> mesh_body(const Filling<2>&, int, const MethodSpec&);
+template CellMesh<3> mesh_body(const Filling<3>&, int, const MethodSpec&);
+
+}  // namespace ordo::setup

@@ -1,0 +1,43 @@
+// The particles of a body before they are planted: seeds, their corners, cells. Used by setup/build.cpp.
+#pragma once
+
+#include "setup/spec.hpp"
+
+#include "particles/cell_seeding.hpp"
+
+namespace ordo::setup {
+
+/// What a body is made of. Without corners and mesh, corners are those of the seeds' parallelepipeds.
+template <int D>
+struct Filling {
+    std::vector<Seed<D>> seeds{};
+    std::vector<CornerPoints<D>> corners{};
+    CellMesh<D> mesh{};
+};
+
+/// Fills body k; takes particles and meshes out of it. Throws SetupError where a shape makes no sense, misses the grid, holds no
+/// particle or more than `most_particles`.
+template <int D>
+Filling<D> fill_body(BodySpec<D>& body, int k, const Model<D>& model, double most_particles);
+
+/// The cells of a body, with shared corners.
+template <int D>
+CellMesh<D> mesh_body(const Filling<D>& filling, int k, const MethodSpec& method);
+
+/// Throws SetupError where there would be more particles than `most`.
+void require_count(int k, double count, double most);
+
+/// Whether the cells of a body are polar: sectors bulge over the domains of their seeds.
+template <int D>
+bool is_polar(const BodySpec<D>& body)
+{
+    const auto* tube = std::get_if<TubeShape<D>>(&body.shape);
+    return tube && tube->is_polar;
+}
+template <int D>
+bool is_mesh(const BodySpec<D>& body)
+{
+    return std::holds_alternative<MeshShape<D>>(body.shape);
+}
+
+}  // namespace ordo::setup

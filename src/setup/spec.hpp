@@ -1,0 +1,123 @@
+// What a case is made of, on plain structs: method, grid, materials, bodies, conditions, tractions, times. io fills them from a
+// file, a program fills them by hand, and setup/build.hpp checks them. Knows no files and no expressions.
+#pragma once
+
+#include "base/error.hpp"
+#include "method/state.hpp"
+#include "particles/seeding.hpp"
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace ordo::setup {
+
+enum class Part { grid, method, time, material, boundary, traction, body };
+
+/// What is wrong with a case, and with which key of which of its parts: "body[1].shape: .." for programs. io says where the key
+/// stands in the file instead.
+struct SetupError : InputError {
+    SetupError(Part part, int index, std::string_view key, std::string_view why, int component = -1);
+
+    Part part;
+    int index;  ///< of the body, material, boundary or traction
+    std::string key;
+    std::string why;
+    int component;  ///< of the field that is wrong, -1 for the key as a whole
+};
+
+/// A ring in 2D, a cylinder or tube in 3D, or a part of one. Polar cells need a hole; without numbers they are about as large
+/// as the grid's sub-cells.
+template <int D>
+struct TubeShape {
+    Tube<D> tube{};
+    bool is_polar = false;
+    std::optional<int> radial{}, angular{}, layers{};
+};
+
+/// The cells of a mesh. Faces `inner` and `outer` are told from its center, in 3D across its axis where it has one.
+template <int D>
+struct MeshShape {
+    CellMesh<D> mesh{};
+    std::optional<Vec<D>> center{};
+    std::optional<int> axis{};
+};
+
+/// A box, a ball, a tube, particles as they are, or the cells of a mesh.
+template <int D>
+using BodyShape = std::variant<Bounds<D>, Ball<D>, TubeShape<D>, std::vector<Seed<D>>, MeshShape<D>>;
+
+template <int D>
+struct BodySpec {
+    BodyShape<D> shape;
+    std::string name{};               ///< in messages; without it "body" and the number
+    int material                = 0;  ///< index in CaseSpec::materials
+    Index<D> particles_per_cell = Index<D>::filled(2);
+    bool gauss                  = false;  ///< particles at Gauss' points of the cells, not in the middle of sub-cells
+    VectorField<D> velocity{};            ///< at the start, m/s
+    VectorField<D> body_force{};          ///< per mass, beside gravity, m/s^2
+};
+
+enum class FaceType { fixed, symmetry, velocity, periodic, free };
+
+/// A condition on a face of the grid, or on the plane `at` across the same axis. One periodic face makes the axis periodic.
+template <int D>
+struct BoundarySpec {
+    int axis      = 0;
+    bool is_above = false;  ///< the face with the larger coordinate
+    FaceType type = FaceType::fixed;
+    std::optional<double> at{};                   ///< m
+    std::array<std::optional<Field>, D> value{};  ///< of type velocity, m/s; components without a value stay free
+};
+
+/// Which outer faces of a body: all, those that look to or from its center, or those whose normal points most along an axis.
+struct BodyFace {
+    enum Kind { all, inner, outer, along_axis };
+    Kind kind     = all;
+    int axis      = 0;
+    bool is_above = false;
+
+    std::string name() const;  ///< such as x-min
+};
+
+template <int D>
+struct TractionSpec {
+    int body                    = 0;
+    std::vector<BodyFace> faces = {BodyFace{}};
+    Traction<D> traction{};
+};
+
+struct TimeSpec {
+    double end = 0.0;            ///< s
+    std::optional<double> dt{};  ///< s; without it steps follow from `cfl`
+    double cfl = 0.4;            ///< part of the method's Courant number
+};
+
+/// All of a case.
+template <int D>
+struct CaseSpec {
+    MethodSpec method{};
+    Vec<D> origin{}, size{}, spacing{};  ///< of the grid, m; the spacing divides the size
+    Vec<D> gravity{};                    ///< m/s^2
+    std::vector<Material> materials{};
+    std::vector<BodySpec<D>> bodies{};
+    std::vector<BoundarySpec<D>> boundaries{};
+    std::vector<TractionSpec<D>> tractions{};
+    TimeSpec time{};
+};
+
+/// "x-min" and the like.
+std::string face_name(int axis, bool is_above);
+
+/// What a step works on, checked.
+template <int D>
+struct Built {
+    Model<D> model;
+    Particles<D> particles;
+    TimeSpec time;
+};
+
+}  // namespace ordo::setup

@@ -1,0 +1,40 @@
+#include "setup/time_step.hpp"
+
+#include "method/explicit.hpp"
+
+#include <fmt/format.h>
+
+namespace ordo::setup {
+
+template <int D>
+double time_step(const TimeSpec& time, const Model<D>& model, const Particles<D>& particles)
+{
+    return time.dt ? *time.dt : automatic_time_step(model, particles, time.cfl);
+}
+
+template <int D>
+void require_stable(const TimeSpec& time, const Model<D>& model, const Particles<D>& particles)
+{
+    auto fail = [](const char* key, const std::string& why) { throw SetupError(Part::time, 0, key, why); };
+    if (!(time.end > 0)) fail("end", fmt::format("must be positive (got {})", time.end));
+    if (time.dt && !(*time.dt > 0)) fail("dt", fmt::format("must be positive (got {})", *time.dt));
+    if (!time.dt && !(time.cfl > 0 && time.cfl <= 1))
+        fail("cfl", fmt::format("must be positive and at most 1 (got {})", time.cfl));
+    const double limit = stable_time_step(model, particles);
+    if (time.dt && *time.dt > limit)
+        fail("dt", fmt::format("{} s is above the limit {:.4g} s = {:.3g} h/(c + |v|) of the method, the P-wave speed and "
+                               "the particle speed; use a smaller step, or cfl = 0.4",
+                               *time.dt, limit, stable_courant_number(model)));
+    const double steps = time.end / time_step(time, model, particles);
+    if (!(steps <= 1e12))
+        fail("end", fmt::format("takes about {:.1g} steps of the time step; use a larger step or a shorter time", steps));
+}
+
+template double time_step(const TimeSpec&, const Model<1>&, const Particles<1>&);
+template double time_step(const TimeSpec&, const Model<2>&, const Particles<2>&);
+template double time_step(const TimeSpec&, const Model<3>&, const Particles<3>&);
+template void require_stable(const TimeSpec&, const Model<1>&, const Particles<1>&);
+template void require_stable(const TimeSpec&, const Model<2>&, const Particles<2>&);
+template void require_stable(const TimeSpec&, const Model<3>&, const Particles<3>&);
+
+}  // namespace ordo::setup

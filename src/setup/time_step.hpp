@@ -1,0 +1,16 @@
+// The time step that a case asks for, and whether its method allows it. Used by set-up and by Simulation.
+#pragma once
+
+#include "setup/spec.hpp"
+
+namespace ordo::setup {
+
+/// The size of the next step, s.
+template <int D>
+double time_step(const TimeSpec& time, const Model<D>& model, const Particles<D>& particles);
+
+/// Throws SetupError where a step is above the limit of the method, or the end is too many steps away.
+template <int D>
+void require_stable(const TimeSpec& time, const Model<D>& model, const Particles<D>& particles);
+
+}  // namespace ordo::setup

@@ -1,0 +1,94 @@
+#include "sim/simulation.hpp"
+
+#include "setup/time_step.hpp"
+
+#include <utility>
+
+namespace ordo {
+
+namespace {
+
+// Steps add up to the end but for rounding; what is left then is no step.
+constexpr double kRounding = 1e-6;  // of a step
+
+}  // namespace
+
+template <int D>
+Simulation<D>::Simulation(setup::Built<D> built, const WatchSpec& watch, Warn warn)
+    : scheme_(std::move(built.model)), state_(scheme_.start(std::move(built.particles))), time_(built.time)
+{
+    if (!warn) warn = [](const std::string&) {};
+    watch_.emplace(scheme_.model(), watch, std::move(warn));
+    watch_->start(state_);
+}
+
+template <int D>
+Simulation<D>::Simulation(Model<D> model, const Start& start, const setup::TimeSpec& time)
+    : scheme_(std::move(model)), state_(start(scheme_)), time_(time)
+{}
+
+template <int D>
+bool Simulation<D>::is_at(double t) const
+{
+    return t - state_.t <= kRounding * state_.dt_prev;
+}
+
+template <int D>
+void Simulation<D>::begin()
+{
+    if (std::exchange(has_begun_, true)) return;
+    for (Observer<D>* o : observers_) o->started(*this);
+}
+
+template <int D>
+void Simulation<D>::step_towards(double t)
+{
+    double dt         = setup::time_step(time_, model(), state_.particles);
+    const double left = t - state_.t;
+    is_cut_           = left < dt * (1 - kRounding);
+    if (is_cut_) dt = left;
+    const StepSize size{dt, is_cut_};
+    for (Observer<D>* o : observers_) o->before_step(*this, size);
+    try {
+        if (watch_ && time_.dt) watch_->before_step(state_, dt);
+        scheme_.step(state_, dt);
+        if (watch_) watch_->after_step(state_);
+    } catch (const NumericalError& e) {
+        for (Observer<D>* o : observers_) o->failed(*this, e);
+        throw;
+    }
+    if (is_cut_) {
+        state_.t      = t;
+        state_.t_rest = 0;
+    }
+    for (Observer<D>* o : observers_) o->after_step(*this, size);
+}
+
+template <int D>
+void Simulation<D>::step()
+{
+    ORDO_EXPECT(!is_complete());
+    begin();
+    step_towards(time_.end);
+}
+
+template <int D>
+void Simulation<D>::advance(double t, const Stop& stop)
+{
+    begin();
+    while (!is_at(t) && !(stop && stop())) step_towards(t);
+}
+
+template <int D>
+void Simulation<D>::run(const Stop& stop)
+{
+    advance(time_.end, stop);
+    for (Observer<D>* o : observers_) o->ending(*this);
+    for (Observer<D>* o : observers_) o->ended(*this);
+}
+
+template class Simulation<1>;
+template class Simulation<2>;
+template class Simulation<3>;
+
+}  // namespace ordo

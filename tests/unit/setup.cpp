@@ -1,0 +1,152 @@
+// Set-up from plain structs: what a program gives, and what it is told is wrong.
+#include "method/tables.hpp"
+#include "setup/build.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <string>
+
+namespace ordo {
+namespace {
+
+using namespace setup;
+
+/// A disk in the middle of the unit box.
+CaseSpec<2> disk()
+{
+    CaseSpec<2> spec{};
+    spec.method    = find_preset("cpdi1")->spec;
+    spec.size      = {1.0, 1.0};
+    spec.spacing   = {0.125, 0.125};
+    spec.materials = {elastic_material(find_law("neo-hookean"), 1000.0, 1e4, 0.3)};
+    spec.bodies    = {{.shape = Ball<2>{{0.5, 0.5}, 0.25}}};
+    spec.time      = {.end = 0.1};
+    return spec;
+}
+
+std::string refusal(const std::function<void(CaseSpec<2>&)>& change)
+{
+    CaseSpec<2> spec = disk();
+    change(spec);
+    try {
+        build(std::move(spec), 1e4);
+    } catch (const SetupError& e) {
+        return e.what();
+    }
+    return "";
+}
+
+TEST(Setup, SeedsBodiesOfEveryShape)
+{
+    CaseSpec<2> spec = disk();
+    spec.materials.push_back(spec.materials[0]);
+    spec.materials[1].density = 500.0;
+    spec.bodies[0].shape      = Ball<2>{{0.25, 0.25}, 0.2};
+    spec.bodies.push_back({.shape = Bounds<2>{{0.5, 0.0}, {0.75, 0.25}}, .material = 1, .velocity = {Field(2.0), Field(3.0)}});
+    const Tube<2> half{.center = {0.5, 0.5}, .inner = 0.1, .outer = 0.2, .from = 0.0, .to = std::numbers::pi};
+    spec.bodies.push_back({.shape = TubeShape<2>{.tube = half, .is_polar = true, .radial = 2, .angular = 6}});
+    spec.bodies.push_back({.shape = std::vector<Seed<2>>{{{0.9, 0.9}, 0.01, {{{0.05, 0}, {0, 0.05}}}}}});
+    const CellMesh<2> square{{{0.0, 0.75}, {0.25, 0.75}, {0.0, 1.0}, {0.25, 1.0}}, {{{0, 1, 2, 3}}}};
+    spec.bodies.push_back({.shape = MeshShape<2>{.mesh = square}});
+    const Built<2> built = build(spec);
+
+    std::vector<double> mass(5);
+    for (int i = 0; i < built.particles.count; ++i) mass[built.particles.body[i]] += built.particles.m[i];
+    EXPECT_NEAR(mass[0], 1000 * std::numbers::pi * 0.04, 10);
+    EXPECT_NEAR(mass[1], 500 * 0.0625, 1e-9);
+    EXPECT_NEAR(mass[2], 1000 * std::numbers::pi * 0.03 / 2, 1e-9);
+    EXPECT_NEAR(mass[3], 10, 1e-12);
+    EXPECT_NEAR(mass[4], 62.5, 1e-9);
+    for (int i = 0; i < built.particles.count; ++i) EXPECT_EQ(built.particles.v[i][1], built.particles.body[i] == 1 ? 3.0 : 0.0);
+    EXPECT_EQ(built.time.cfl, 0.4);
+}
+
+TEST(Setup, FillsTheModel)
+{
+    CaseSpec<2> spec = disk();
+    spec.boundaries  = {{.axis = 0, .type = FaceType::periodic}, {.axis = 1, .is_above = true, .type = FaceType::symmetry}};
+    spec.bodies[0].body_force[1]        = Field(-1.0);
+    spec.tractions                      = {{.body = 0, .faces = {{BodyFace::along_axis, 1, false}}}};
+    spec.tractions[0].traction.value[0] = Field(5.0);
+    const Model<2> model                = build(spec).model;
+    EXPECT_EQ(model.cells, (Index<2>{8, 8}));
+    EXPECT_TRUE(model.periodic[0]);
+    EXPECT_FALSE(model.periodic[1]);
+    ASSERT_EQ(model.boundaries.size(), 1u);
+    EXPECT_EQ(model.boundaries[0].at, 1.0);
+    ASSERT_FALSE(model.loads.empty());
+    for (const Load<2>& load : model.loads) EXPECT_LT(load.area0[1], 0);
+}
+
+TEST(Setup, RefusesByKey)
+{
+    const double nan                                                       = std::numeric_limits<double>::quiet_NaN();
+    const std::pair<const char*, std::function<void(CaseSpec<2>&)>> rows[] = {
+        {"grid.spacing: must divide", [](auto& s) { s.spacing[1] = 0.3; }},
+        {"grid.size: must be positive", [](auto& s) { s.size[1] = -1; }},
+        {"method: ", [](auto& s) { s.method.projection = Projection::tls; }},
+        {"material[0]: there is none", [](auto& s) { s.materials.clear(); }},
+        {"material[0].density: must be positive", [](auto& s) { s.materials[0].density = 0; }},
+        {"material[0].model: ", [](auto& s) { s.materials[0].law = find_law("linear-rate-1d"); }},
+        {"body[0]: there is none", [](auto& s) { s.bodies.clear(); }},
+        {"body[0].material: there is no material 1", [](auto& s) { s.bodies[0].material = 1; }},
+        {"body[0].radius: must be positive",
+         [](auto& s) {
+             s.bodies[0].shape = Ball<2>{{0.5, 0.5}, -1};
+         }},
+        {"body[0].upper: must be larger",
+         [](auto& s) {
+             s.bodies[0].shape = Bounds<2>{{0.5, 0.5}, {0.6, 0.5}};
+         }},
+        {"body[0].inner_radius: ", [](auto& s) { s.bodies[0].shape = TubeShape<2>{{.inner = 0.3, .outer = 0.2}}; }},
+        {"body[0].cells: polar cells need",
+         [](auto& s) {
+             s.bodies[0].shape = TubeShape<2>{{.outer = 0.2}, true};
+         }},
+        {"body[0].shape: holds no particle", [](auto& s) { s.bodies[0].shape = std::vector<Seed<2>>{}; }},
+        {"body[0].shape: body \"body 0\" lies outside",
+         [](auto& s) {
+             s.bodies[0].shape = Ball<2>{{0.9, 0.5}, 0.25};
+         }},
+        {"body[1].shape: body \"body 1\" overlaps", [](auto& s) { s.bodies.push_back(s.bodies[0]); }},
+        {"body[0].particles_per_cell: makes",
+         [](auto& s) {
+             s.bodies[0].particles_per_cell = {1000, 1000};
+         }},
+        {"body[0].particles_per_cell: must be",
+         [](auto& s) {
+             s.bodies[0].particles_per_cell = {0, 1};
+         }},
+        {"body[0].seeding: gauss", [](auto& s) { s.bodies[0].gauss = true; }},
+        {"body[0].velocity: is nan", [=](auto& s) { s.bodies[0].velocity[1] = Field(nan); }},
+        {"body[0].body_force: is nan", [=](auto& s) { s.bodies[0].body_force[0] = Field(nan); }},
+        {"boundary[0].at: the plane 2", [](auto& s) { s.boundaries = {{.at = 2.0}}; }},
+        {"boundary[0].face: axis 2", [](auto& s) { s.boundaries = {{.axis = 2}}; }},
+        {"boundary[1].face: x-max belongs to a periodic",
+         [](auto& s) {
+             s.boundaries = {{.type = FaceType::periodic}, {.is_above = true}};
+         }},
+        {"traction[0].body: there is no body 1", [](auto& s) { s.tractions = {{.body = 1}}; }},
+        {"traction[0].face: \"inner\" needs",
+         [](auto& s) {
+             s.bodies[0].shape = Bounds<2>{{0.25, 0.25}, {0.5, 0.5}};
+             s.tractions       = {{.faces = {{BodyFace::inner}}}};
+         }},
+        {"traction[0].value: is nan",
+         [=](auto& s) {
+             s.tractions = {{.traction = {.value = {Field(nan), {}}}}};
+         }},
+        {"time.end: must be positive", [](auto& s) { s.time.end = 0; }},
+        {"time.dt: 0.1 s is above the limit", [](auto& s) { s.time.dt = 0.1; }},
+        {"time.end: takes about", [](auto& s) { s.time.end = 1e12; }},
+    };
+    for (const auto& [start, change] : rows) EXPECT_EQ(refusal(change).find(start), 0u) << start << "\n" << refusal(change);
+    EXPECT_EQ(refusal([](auto&) {}), "");
+}
+
+}  // namespace
+}  // namespace ordo
