@@ -46,9 +46,9 @@ void update_stress(const Sweep<D>& sweep, const LawRow& row, const int* columns,
         } else {
             const Mat<D, Lanes> G = load(s.increments, Batch{b.first - s.increment_first, b.count});
             Lanes history[columns_of_law + 1];  // C++ has no arrays of none
-            for (int k = 0; k < columns_of_law; ++k) history[k] = load(s.p.history[columns[k]], b);
+            for (int k = 0; k < columns_of_law; ++k) history[k] = load(s.p.history[columns[k]].data(), b);
             sigma = law.update(Step<D, Lanes>{F, G, s.dt}, load(s.p.sigma, b), history);
-            for (int k = 0; k < columns_of_law; ++k) store(s.p.history[columns[k]], b, history[k]);
+            for (int k = 0; k < columns_of_law; ++k) store(s.p.history[columns[k]].data(), b, history[k]);
         }
         store(s.p.sigma, b, sigma);
         report_lanes(0.0 * trace(sigma), b, report, [](int) { return Fault::not_finite; });

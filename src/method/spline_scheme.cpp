@@ -126,47 +126,58 @@ SplineScheme<D>::SplineScheme(const Model<D>& model) : cells_(model.cells), is_c
     }
     hold_walls(model);
 
-    for (int a = 0; a < D; ++a) {
-        const SplineAxis &v = v_space_.axis[a], &s = s_space_.axis[a];
-        gauss_[a]        = gauss_rows(v, points_);
-        gauss_slopes_[a] = gauss_rows(v, points_, model.h[a]);
-        s_gauss_[a]      = gauss_rows(s, points_);
-        values_[a] = slopes_[a] = AxisMatrix(s.count(), v.count());
-        for_each_gauss_point(v, points_, [&](int cell, double at, double weight, int span, const double* w, const double* dw) {
-            with_degree(s.degree, [&]<int P>() {
-                double ws[P + 1], dws[P + 1];
-                const int s_span = s.span_of(cell);
-                s.row<P>(s_span, cell + at, ws, dws);
-                for (int i = 0; i <= P; ++i)
-                    for (int j = 0; j <= v.degree; ++j) {
-                        values_[a].add(s.wrapped(s_span + i), v.wrapped(span + j), weight * ws[i] * w[j]);
-                        slopes_[a].add(s.wrapped(s_span + i), v.wrapped(span + j), weight * ws[i] * dw[j] / model.h[a]);
-                    }
-            });
-        });
-        values_back_[a] = values_[a].transposed();
-        slopes_back_[a] = slopes_[a].transposed();
-        at_vertices_[a] = AxisMatrix(model.cells[a] + 1, v.count());
-        with_degree(degree, [&]<int P>() {
-            double w[P + 1], dw[P + 1];
-            for (int k = 0; k <= model.cells[a]; ++k) {
-                const int span = v.span_of(std::min(k, model.cells[a] - 1));
-                v.row<P>(span, k, w, dw);
-                for (int j = 0; j <= P; ++j) at_vertices_[a].add(k, v.wrapped(span + j), w[j]);
-            }
-        });
-        s_factors_[a] = unit_mass(s, kFreeEnds);
-    }
-
+    for (int a = 0; a < D; ++a) set_axis(model, a);
     const auto rule = gauss_rule(points_);
     IndexBox<D>{{}, Index<D>::filled(points_)}.for_each([&](const Index<D>& k) {
         double weight = cell_volume_;
         for (int a = 0; a < D; ++a) weight *= rule[k[a]].weight;
         gauss_weights_.push_back(weight);
     });
+    set_colours(model);
+}
 
+/// Rows of Gauss points, projections and values at vertices along an axis.
+template <int D>
+void SplineScheme<D>::set_axis(const Model<D>& model, int a)
+{
+    const SplineAxis &v = v_space_.axis[a], &s = s_space_.axis[a];
+    gauss_[a]        = gauss_rows(v, points_);
+    gauss_slopes_[a] = gauss_rows(v, points_, model.h[a]);
+    s_gauss_[a]      = gauss_rows(s, points_);
+    values_[a] = slopes_[a] = AxisMatrix(s.count(), v.count());
+    for_each_gauss_point(v, points_, [&](int cell, double at, double weight, int span, const double* w, const double* dw) {
+        with_degree(s.degree, [&]<int P>() {
+            double ws[P + 1], dws[P + 1];
+            const int s_span = s.span_of(cell);
+            s.row<P>(s_span, cell + at, ws, dws);
+            for (int i = 0; i <= P; ++i)
+                for (int j = 0; j <= v.degree; ++j) {
+                    values_[a].add(s.wrapped(s_span + i), v.wrapped(span + j), weight * ws[i] * w[j]);
+                    slopes_[a].add(s.wrapped(s_span + i), v.wrapped(span + j), weight * ws[i] * dw[j] / model.h[a]);
+                }
+        });
+    });
+    values_back_[a] = values_[a].transposed();
+    slopes_back_[a] = slopes_[a].transposed();
+    at_vertices_[a] = AxisMatrix(model.cells[a] + 1, v.count());
+    with_degree(v.degree, [&]<int P>() {
+        double w[P + 1], dw[P + 1];
+        for (int k = 0; k <= model.cells[a]; ++k) {
+            const int span = v.span_of(std::min(k, model.cells[a] - 1));
+            v.row<P>(span, k, w, dw);
+            for (int j = 0; j <= P; ++j) at_vertices_[a].add(k, v.wrapped(span + j), w[j]);
+        }
+    });
+    s_factors_[a] = unit_mass(s, kFreeEnds);
+}
+
+/// Blocks of cells in colours: those of one colour share no function.
+template <int D>
+void SplineScheme<D>::set_colours(const Model<D>& model)
+{
     // Cells a degree and a removed knot apart share no function.
-    const int apart = std::max(degree + v_space_.axis[0].removed, stress_degree + s_space_.axis[0].removed) + 1;
+    const SplineAxis &v = v_space_.axis[0], &s = s_space_.axis[0];
+    const int apart = std::max(v.degree + v.removed, s.degree + s.removed) + 1;
     std::array<std::vector<int>, D> bounds;
     Index<D> parts{};
     for (int a = 0; a < D; ++a) {
@@ -307,18 +318,16 @@ void SplineScheme<D>::evaluate(const Model<D>& model, State<D>& s, StageTimes* t
     });
 }
 
+/// The particles at the start of a step.
 template <int D>
-void SplineScheme<D>::step(const Model<D>& model, State<D>& s, double dt, const Forces& forces, StageTimes* times) const
+void SplineScheme<D>::remember(State<D>& s) const
 {
-    const RungeKutta scheme = runge_kutta(model.method.scheme);
     const ParticleView<D> p = s.particles.view();
     SplineWork<D>& work     = s.spline;
     const std::size_t n     = p.count;
-    const double t          = s.t;
     for (Array<Vec<D>>* array : {&work.x0, &work.v0, &work.dx, &work.dv}) keep_room(*array, n);
     for (Array<Mat<D>>* array : {&work.F0, &work.dF}) keep_room(*array, n);
     for (Array<Stress<D>>* array : {&work.sigma0, &work.dsigma}) keep_room(*array, n);
-    work.iterations = {};
     parallel_for_each(p.count, [&](std::ptrdiff_t i) {
         work.x0[i]     = p.x[i];
         work.v0[i]     = p.v[i];
@@ -328,22 +337,80 @@ void SplineScheme<D>::step(const Model<D>& model, State<D>& s, double dt, const 
         work.dF[i]              = Mat<D>{};
         work.dsigma[i]          = Stress<D>{};
     });
-    auto restore = [&] {
-        parallel_for_each(p.count, [&](std::ptrdiff_t i) {
-            p.x[i]     = work.x0[i];
-            p.v[i]     = work.v0[i];
-            p.F[i]     = work.F0[i];
-            p.sigma[i] = work.sigma0[i];
-            p.V[i]     = det(p.F[i]) * p.V0[i];
+}
+
+template <int D>
+void SplineScheme<D>::restore(State<D>& s) const
+{
+    const ParticleView<D> p   = s.particles.view();
+    const SplineWork<D>& work = s.spline;
+    parallel_for_each(p.count, [&](std::ptrdiff_t i) {
+        p.x[i]     = work.x0[i];
+        p.v[i]     = work.v0[i];
+        p.F[i]     = work.F0[i];
+        p.sigma[i] = work.sigma0[i];
+        p.V[i]     = det(p.F[i]) * p.V0[i];
+    });
+}
+
+/// Adds the slope of a stage to the particles' sums, and takes them to the next stage or, after the last, to the end of the step.
+/// `part` is the weight of the slope in the step, `further` how far the next stage is, s. Returns faults and the largest way.
+template <int D>
+TileReport SplineScheme<D>::add_slope(const Model<D>& model, State<D>& s, double part, double further, bool is_last) const
+{
+    const ParticleView<D> p = s.particles.view();
+    SplineWork<D>& work     = s.spline;
+    return parallel_reduce(
+        p.count, TileReport{},
+        [&](std::ptrdiff_t i) {
+            const Mat<D>& L            = work.L_at[i];
+            const Mat<D> slope         = L * p.F[i];
+            const Material& material   = model.materials[p.material[i]];
+            const LawFunctions<D>& law = material.law->in<D>();
+            const Stress<D> rate       = law.stress_rate(material, p.sigma[i], L);
+            work.dx[i] += part * work.v_at[i];
+            work.dv[i] += part * work.a_at[i];
+            work.dF[i] += part * slope;
+            work.dsigma[i] += part * rate;
+            p.x[i]         = work.x0[i] + (is_last ? work.dx[i] : further * work.v_at[i]);
+            p.v[i]         = work.v0[i] + (is_last ? work.dv[i] : further * work.a_at[i]);
+            p.F[i]         = work.F0[i] + (is_last ? work.dF[i] : further * slope);
+            p.sigma[i]     = material.law->is_hyperelastic ? law.initial_stress(material, p.F[i])
+                                                           : work.sigma0[i] + (is_last ? work.dsigma[i] : further * rate);
+            const double J = det(p.F[i]);
+            p.V[i]         = J * p.V0[i];
+            TileReport r;
+            if (!std::isfinite(norm(p.x[i]) + norm(p.v[i]) + J)) r.flag(Fault::not_finite, static_cast<int>(i));
+            if (!(J > 0)) r.flag(Fault::inverted, static_cast<int>(i));
+            for (int a = 0; a < D; ++a) {
+                r.move         = larger(r.move, std::fabs(p.x[i][a] - work.x0[i][a]) / model.h[a]);
+                const double y = (p.x[i][a] - model.origin[a]) / model.h[a];
+                if (!model.periodic[a] && !(y >= -kOutside && y <= model.cells[a] + kOutside))
+                    r.flag(Fault::left_grid, static_cast<int>(i));
+            }
+            return r;
+        },
+        [](TileReport& total, const TileReport& one) {
+            total.move = larger(total.move, one.move);
+            if (one.fault != Fault::none) total.flag(one.fault, one.particle);
         });
-    };
+}
+
+template <int D>
+void SplineScheme<D>::step(const Model<D>& model, State<D>& s, double dt, const Forces& forces, StageTimes* times) const
+{
+    const RungeKutta scheme = runge_kutta(model.method.scheme);
+    SplineWork<D>& work     = s.spline;
+    const double t          = s.t;
+    work.iterations         = {};
+    remember(s);
     for (int k = 0; k < scheme.stages; ++k) {
         forces(t + scheme.at[k] * dt);
         work.is_near = k > 0;
         try {
             evaluate(model, s, times);
         } catch (const NumericalError&) {
-            restore();
+            restore(s);
             throw;
         }
         Stopwatch watch(times, StageTimes::gather);
@@ -351,46 +418,12 @@ void SplineScheme<D>::step(const Model<D>& model, State<D>& s, double dt, const 
             show(model, s);
             if (s.projection.is_wanted) report(s);
             // Nothing else damps the velocity outside the spline space. The fit stays the same: that of v_h(x_p) is v_h.
-            parallel_for_each(p.count,
+            parallel_for_each(s.particles.count,
                               [&](std::ptrdiff_t i) { work.v0[i] -= model.method.null_damping * (work.v0[i] - work.v_at[i]); });
         }
         const bool is_last   = k + 1 == scheme.stages;
         const double further = is_last ? 0.0 : dt * scheme.at[k + 1], part = dt * scheme.weight[k];
-        using Faults       = TileReport;
-        const Faults found = parallel_reduce(
-            p.count, Faults{},
-            [&](std::ptrdiff_t i) {
-                const Mat<D>& L            = work.L_at[i];
-                const Mat<D> slope         = L * p.F[i];
-                const Material& material   = model.materials[p.material[i]];
-                const LawFunctions<D>& law = material.law->in<D>();
-                const Stress<D> rate       = law.stress_rate(material, p.sigma[i], L);
-                work.dx[i] += part * work.v_at[i];
-                work.dv[i] += part * work.a_at[i];
-                work.dF[i] += part * slope;
-                work.dsigma[i] += part * rate;
-                p.x[i]         = work.x0[i] + (is_last ? work.dx[i] : further * work.v_at[i]);
-                p.v[i]         = work.v0[i] + (is_last ? work.dv[i] : further * work.a_at[i]);
-                p.F[i]         = work.F0[i] + (is_last ? work.dF[i] : further * slope);
-                p.sigma[i]     = material.law->is_hyperelastic ? law.initial_stress(material, p.F[i])
-                                                               : work.sigma0[i] + (is_last ? work.dsigma[i] : further * rate);
-                const double J = det(p.F[i]);
-                p.V[i]         = J * p.V0[i];
-                Faults r;
-                if (!std::isfinite(norm(p.x[i]) + norm(p.v[i]) + J)) r.flag(Fault::not_finite, static_cast<int>(i));
-                if (!(J > 0)) r.flag(Fault::inverted, static_cast<int>(i));
-                for (int a = 0; a < D; ++a) {
-                    r.move         = larger(r.move, std::fabs(p.x[i][a] - work.x0[i][a]) / model.h[a]);
-                    const double y = (p.x[i][a] - model.origin[a]) / model.h[a];
-                    if (!model.periodic[a] && !(y >= -kOutside && y <= model.cells[a] + kOutside))
-                        r.flag(Fault::left_grid, static_cast<int>(i));
-                }
-                return r;
-            },
-            [](Faults& total, const Faults& one) {
-                total.move = larger(total.move, one.move);
-                if (one.fault != Fault::none) total.flag(one.fault, one.particle);
-            });
+        const TileReport found = add_slope(model, s, part, further, is_last);
         if (found.fault != Fault::none) {
             s.fault = found;
             return;

@@ -5,6 +5,7 @@
 #include "grid/banded.hpp"
 #include "grid/spline_axis.hpp"
 #include "kernels/spline.hpp"
+#include "kernels/sweep.hpp"
 #include "method/cut_factor.hpp"
 #include "method/spline_work.hpp"
 #include "method/stage_times.hpp"
@@ -134,6 +135,11 @@ class SplineScheme {
     void hold(const System& system, Lanes* records) const;
     void require_enough(const Model<D>& model, State<D>& s, const System& system, const Lanes& unit, int singular) const;
     void hold_walls(const Model<D>& model);
+    void set_axis(const Model<D>& model, int a);
+    void set_colours(const Model<D>& model);
+    void remember(State<D>& s) const;
+    void restore(State<D>& s) const;
+    TileReport add_slope(const Model<D>& model, State<D>& s, double part, double further, bool is_last) const;
 
     template <class F>
     void for_each_cell(F&& f) const;

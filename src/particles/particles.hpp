@@ -78,7 +78,7 @@ struct ParticleView {
     ORDO_PARTICLE_FIELDS(ORDO_FIELD)
 #undef ORDO_FIELD
     int count;
-    double* const* history;       ///< the columns that laws carry, in the order of Particles::history
+    Array<double>* history;       ///< the columns that laws carry, in the order of Particles::history_names
     Vec<D>* corner;               ///< positions of the shared corners of cells, m
     Vec<D>* corner_velocity;      ///< their velocities, m/s; null where they have none of their own
     std::ptrdiff_t* corner_node;  ///< the nodes that enriched corners are, -1 of others; null where no method has any
@@ -148,14 +148,12 @@ struct Particles {
 
     ParticleView<D> view()
     {
-        columns_.clear();
-        for (auto& column : history) columns_.push_back(column.data());
         return {
 #define ORDO_FIELD(type, name, group) name.data(),
             ORDO_PARTICLE_FIELDS(ORDO_FIELD)
 #undef ORDO_FIELD
                 count,
-            columns_.data(),
+            history.data(),
             corner.data(),
             corner_velocity.data(),
             corner_node.data(),
@@ -169,9 +167,6 @@ struct Particles {
         for_each_field([&](const auto& field) { n += sizeof(field[0]); });
         return n;
     }
-
-  private:
-    std::vector<double*> columns_;  ///< of history, for views
 };
 
 }  // namespace ordo
