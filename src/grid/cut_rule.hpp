@@ -17,13 +17,13 @@ namespace ordo {
 template <int D>
 using LevelSet = std::function<double(const Vec<D>&)>;
 
-/// What of a cell is inside a body.
+/// How much of a cell is inside a body.
 enum class Cover : unsigned char { none, part, all };
 
 namespace cut {
 
-/// Halvings of a box in which the surface is no graph over one of its faces, or in which two parts of it meet; then a box counts
-/// by its middle.
+/// A box is halved at most so often where the surface is no graph over one of its faces, or where two parts of it meet. The smallest
+/// boxes count by their middle.
 constexpr int kHalvings = 6;
 
 /// x with `value` along axis k, and the other axes of x.
@@ -65,11 +65,11 @@ double root_between(const F& f, double a, double b, double f_a, double f_b)
     return x;
 }
 
-/// What samples say of a function in a box.
+/// What is known of a function in a box, from samples.
 template <int D>
 struct Signs {
-    bool vanishes    = true;  ///< it may
-    Vec<D> steepness = {};    ///< along each axis the least slope over the steepest, 0 where it changes its sign
+    bool vanishes    = true;  ///< it may vanish there
+    Vec<D> steepness = {};    ///< along each axis the least slope over the steepest; 0 where the slope changes its sign
 
     Signs(const LevelSet<D>& f, const Vec<D>& lower, const Vec<D>& upper)
     {
@@ -103,6 +103,109 @@ struct Signs {
     }
 };
 
+/// The ends of an interval and the places in it where functions vanish, in order.
+inline std::vector<double> edges_of_parts(const std::vector<LevelSet<1>>& functions, double lower, double upper)
+{
+    constexpr int parts       = 4;  // in which roots are looked for
+    std::vector<double> edges = {lower, upper};
+    for (const LevelSet<1>& f : functions) {
+        auto g    = [&](double x) { return f(Vec<1>{x}); };
+        double x0 = lower, f0 = g(x0);
+        for (int k = 1; k <= parts; ++k) {
+            const double x1 = lower + (upper - lower) * k / parts, f1 = g(x1);
+            if ((f0 < 0) != (f1 < 0)) edges.push_back(root_between(g, x0, x1, f0, f1));
+            x0 = x1;
+            f0 = f1;
+        }
+    }
+    std::sort(edges.begin(), edges.end());
+    return edges;
+}
+
+/// The functions that may vanish in a box, and over all of these the least `steepness` along each axis.
+template <int D>
+struct Surfaces {
+    std::vector<LevelSet<D>> functions;
+    Vec<D> steepness = Vec<D>::filled(1.0);
+
+    Surfaces(const std::vector<LevelSet<D>>& all, const Vec<D>& lower, const Vec<D>& upper)
+    {
+        for (const LevelSet<D>& f : all) {
+            const Signs<D> signs(f, lower, upper);
+            if (!signs.vanishes) continue;
+            functions.push_back(f);
+            for (int a = 0; a < D; ++a) steepness[a] = std::min(steepness[a], signs.steepness[a]);
+        }
+    }
+    int steepest_axis() const
+    {
+        int axis = 0;
+        for (int a = 1; a < D; ++a)
+            if (steepness[a] > steepness[axis]) axis = a;
+        return axis;
+    }
+    /// Whether the surface is a graph over the faces across this axis.
+    bool is_graph(int axis) const { return !(steepness[axis] < 0.2 || functions.size() > 1); }
+};
+
+/// use(x, weight) at the Gauss points of a whole box.
+template <int D, class Use>
+void for_each_point_of_box(const std::vector<GaussPoint>& rule, const Vec<D>& lower, const Vec<D>& upper, const Use& use)
+{
+    IndexBox<D>{{}, Index<D>::filled(static_cast<int>(rule.size()))}.for_each([&](const Index<D>& k) {
+        Vec<D> x{};
+        double weight = 1.0;
+        for (int a = 0; a < D; ++a) {
+            const auto [at, part] = rule[k[a]];
+            const double length   = upper[a] - lower[a];
+            x[a]                  = lower[a] + at * length;
+            weight *= part * length;
+        }
+        use(x, weight);
+    });
+}
+
+/// use(lower, upper) for the 2^D halves of a box.
+template <int D, class Use>
+void for_each_half(const Vec<D>& lower, const Vec<D>& upper, const Use& use)
+{
+    const Vec<D> middle = 0.5 * (lower + upper);
+    IndexBox<D>{{}, Index<D>::filled(2)}.for_each([&](const Index<D>& k) {
+        Vec<D> lo{}, hi{};
+        for (int a = 0; a < D; ++a) {
+            lo[a] = k[a] ? middle[a] : lower[a];
+            hi[a] = k[a] ? upper[a] : middle[a];
+        }
+        use(lo, hi);
+    });
+}
+
+template <int D, class Use>
+void for_each_point_of_parts(const std::vector<LevelSet<D>>& functions, const Vec<D>& lower, const Vec<D>& upper, int points,
+                             int halvings, const Use& use);
+
+/// The same along lines of an axis across the surface. Over their feet the parts change where the surface meets the faces at their
+/// ends.
+template <int D, class Use>
+void for_each_point_of_lines(const std::vector<LevelSet<D>>& functions, int axis, const Vec<D>& lower, const Vec<D>& upper,
+                             int points, int halvings, const Use& use)
+{
+    std::vector<LevelSet<D - 1>> at_faces;
+    for (const LevelSet<D>& f : functions)
+        for (const double end : {lower[axis], upper[axis]})
+            at_faces.push_back([&f, axis, end](const Vec<D - 1>& x) { return f(with_axis<D>(x, axis, end)); });
+    for_each_point_of_parts<D - 1>(at_faces, without_axis<D>(lower, axis), without_axis<D>(upper, axis), points, halvings,
+                                   [&](const Vec<D - 1>& foot, double of_foot) {
+                                       std::vector<LevelSet<1>> on_line;
+                                       for (const LevelSet<D>& f : functions)
+                                           on_line.push_back([&](const Vec<1>& y) { return f(with_axis<D>(foot, axis, y[0])); });
+                                       for_each_point_of_parts<1>(on_line, Vec<1>{lower[axis]}, Vec<1>{upper[axis]}, points,
+                                                                  halvings, [&](const Vec<1>& y, double weight) {
+                                                                      use(with_axis<D>(foot, axis, y[0]), of_foot * weight);
+                                                                  });
+                                   });
+}
+
 /// use(x, weight) at Gauss points of the parts into which functions, where they vanish, cut a box.
 template <int D, class Use>
 void for_each_point_of_parts(const std::vector<LevelSet<D>>& functions, const Vec<D>& lower, const Vec<D>& upper, int points,
@@ -110,85 +213,32 @@ void for_each_point_of_parts(const std::vector<LevelSet<D>>& functions, const Ve
 {
     const std::vector<GaussPoint> rule = gauss_rule(points);
     if constexpr (D == 1) {
-        constexpr int parts       = 4;  // in which roots are looked for
-        std::vector<double> edges = {lower[0], upper[0]};
-        for (const LevelSet<1>& f : functions) {
-            auto g    = [&](double x) { return f(Vec<1>{x}); };
-            double x0 = lower[0], f0 = g(x0);
-            for (int k = 1; k <= parts; ++k) {
-                const double x1 = lower[0] + (upper[0] - lower[0]) * k / parts, f1 = g(x1);
-                if ((f0 < 0) != (f1 < 0)) edges.push_back(root_between(g, x0, x1, f0, f1));
-                x0 = x1;
-                f0 = f1;
-            }
-        }
-        std::sort(edges.begin(), edges.end());
+        const std::vector<double> edges = edges_of_parts(functions, lower[0], upper[0]);
         for (std::size_t k = 0; k + 1 < edges.size(); ++k)
             for (const auto& [at, weight] : rule)
                 use(Vec<1>{edges[k] + at * (edges[k + 1] - edges[k])}, weight * (edges[k + 1] - edges[k]));
     } else {
-        std::vector<LevelSet<D>> vanishing;
-        Vec<D> steepness = Vec<D>::filled(1.0);
-        for (const LevelSet<D>& f : functions) {
-            const Signs<D> signs(f, lower, upper);
-            if (!signs.vanishes) continue;
-            vanishing.push_back(f);
-            for (int a = 0; a < D; ++a) steepness[a] = std::min(steepness[a], signs.steepness[a]);
-        }
-        if (vanishing.empty()) {
-            IndexBox<D>{{}, Index<D>::filled(points)}.for_each([&](const Index<D>& k) {
-                Vec<D> x{};
-                double weight = 1.0;
-                for (int a = 0; a < D; ++a) {
-                    x[a] = lower[a] + rule[k[a]].at * (upper[a] - lower[a]);
-                    weight *= rule[k[a]].weight * (upper[a] - lower[a]);
-                }
-                use(x, weight);
+        const Surfaces<D> surfaces(functions, lower, upper);
+        const int axis = surfaces.steepest_axis();
+        if (surfaces.functions.empty()) {
+            for_each_point_of_box(rule, lower, upper, use);
+        } else if (surfaces.is_graph(axis)) {
+            for_each_point_of_lines(surfaces.functions, axis, lower, upper, points, halvings, use);
+        } else if (halvings > 0) {
+            for_each_half(lower, upper, [&](const Vec<D>& lo, const Vec<D>& hi) {
+                for_each_point_of_parts<D>(surfaces.functions, lo, hi, points, halvings - 1, use);
             });
-            return;
-        }
-        int axis = 0;
-        for (int a = 1; a < D; ++a)
-            if (steepness[a] > steepness[axis]) axis = a;
-        if (steepness[axis] < 0.2 || vanishing.size() > 1) {
-            if (halvings > 0) {
-                const Vec<D> middle = 0.5 * (lower + upper);
-                IndexBox<D>{{}, Index<D>::filled(2)}.for_each([&](const Index<D>& k) {
-                    Vec<D> lo{}, hi{};
-                    for (int a = 0; a < D; ++a) {
-                        lo[a] = k[a] ? middle[a] : lower[a];
-                        hi[a] = k[a] ? upper[a] : middle[a];
-                    }
-                    for_each_point_of_parts<D>(vanishing, lo, hi, points, halvings - 1, use);
-                });
-                return;
-            }
+        } else {
             double volume = 1.0;
             for (int a = 0; a < D; ++a) volume *= upper[a] - lower[a];
             use(0.5 * (lower + upper), volume);
-            return;
         }
-        // Lines along the axis; over their feet the parts change where the surface meets the faces at their ends.
-        std::vector<LevelSet<D - 1>> at_faces;
-        for (const LevelSet<D>& f : vanishing)
-            for (const double end : {lower[axis], upper[axis]})
-                at_faces.push_back([&f, axis, end](const Vec<D - 1>& x) { return f(with_axis<D>(x, axis, end)); });
-        for_each_point_of_parts<D - 1>(
-            at_faces, without_axis<D>(lower, axis), without_axis<D>(upper, axis), points, halvings,
-            [&](const Vec<D - 1>& foot, double of_foot) {
-                std::vector<LevelSet<1>> on_line;
-                for (const LevelSet<D>& f : vanishing)
-                    on_line.push_back([&](const Vec<1>& y) { return f(with_axis<D>(foot, axis, y[0])); });
-                for_each_point_of_parts<1>(
-                    on_line, Vec<1>{lower[axis]}, Vec<1>{upper[axis]}, points, halvings,
-                    [&](const Vec<1>& y, double weight) { use(with_axis<D>(foot, axis, y[0]), of_foot * weight); });
-            });
     }
 }
 
 }  // namespace cut
 
-/// What of a box is inside, from samples: `part` also where that is not sure.
+/// How much of a box is inside, from samples; `part` also where they cannot decide.
 template <int D>
 Cover cover_of(const std::vector<LevelSet<D>>& functions, const Vec<D>& lower, const Vec<D>& upper)
 {
