@@ -35,7 +35,7 @@ struct Block {
         model.body_forces.resize(1);
         return model;
     }
-    Sweep<3> sweep(double dt) { return {s.lattice, s.particles.view(), s.nodes.data(), &material, dt, 0, 0}; }
+    Sweep<3> sweep(double dt) { return {s.lattice, s.particles.view(), s.field.nodes.data(), &material, dt, 0, 0}; }
 };
 
 void scatter_all(benchmark::State& bench, const MethodSpec& spec)

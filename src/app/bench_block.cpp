@@ -41,7 +41,7 @@ double seconds_of(F&& f)
 }
 
 /// Of the block, in that of the box: splines that are fitted to particles want it full.
-double side_of(const MethodSpec& method) { return is_spline_fit(method) ? 1.0 : 0.75; }
+double side_of(const MethodSpec& method) { return needs_full_grid(method) ? 1.0 : 0.75; }
 
 template <int D>
 Model<D> block_model(const MethodSpec& spec, int cells)
@@ -52,7 +52,7 @@ Model<D> block_model(const MethodSpec& spec, int cells)
     model.cells     = Index<D>::filled(cells);
     model.materials = {elastic_material(find_law("neo-hookean"), kDensity, kYoung, kPoisson)};
     model.body_forces.resize(2);
-    if (is_spline_fit(spec))
+    if (needs_full_grid(spec))
         for (int a = 0; a < D; ++a) add_walls(model, a);
     return model;
 }
@@ -118,7 +118,7 @@ Measurement run_block(const BenchTask& task)
 {
     Measurement m{};
     const double per_axis = std::pow(task.particles, 1.0 / D) / 2;  // cells along a side of the block
-    const int unit        = is_spline_fit(task.method) ? 4 : 8;     // cells, of which the block's share is whole
+    const int unit        = needs_full_grid(task.method) ? 4 : 8;   // cells, of which the block's share is whole
     m.cells_per_axis      = std::max(1, static_cast<int>(std::lround(per_axis / side_of(task.method) / unit))) * unit;
     m.courant_number      = courant_number(task.method);
     const double dt       = m.courant_number / m.cells_per_axis / std::sqrt(kYoung / kDensity);
@@ -128,7 +128,7 @@ Measurement run_block(const BenchTask& task)
     Particles<D> p       = block_particles(model);
     m.particles          = p.count;
     m.setup_bytes        = memory.per_particle(p.count);
-    Simulation<D> sim(model, [&](const Explicit<D>& scheme) { return scheme.start(std::move(p)); },
+    Simulation<D> sim(model, [&](const Scheme<D>& scheme) { return scheme.start(std::move(p)); },
                       {.end = std::numeric_limits<double>::infinity(), .dt = dt});
     m.bytes_per_particle = static_cast<double>(sim.state().particles.bytes_per_particle());
 
@@ -136,7 +136,7 @@ Measurement run_block(const BenchTask& task)
     m.steps                 = task.steps ? *task.steps : static_cast<int>(std::clamp(2 / first_step, 1.0, 20.0));
     time_steps(sim, task.repeats, m);
     m.resident_bytes = memory.per_particle(m.particles);
-    m.work           = count_work(model, sim.state(), m.mass_solves, m.mass_iterations);
+    m.work           = count_work(sim.scheme(), sim.state(), m.mass_solves, m.mass_iterations);
     return m;
 }
 

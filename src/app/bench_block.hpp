@@ -1,7 +1,7 @@
 // The problem of `ordo bench`, run and measured: no options of the command line, no output.
 #pragma once
 
-#include "method/work.hpp"
+#include "app/work.hpp"
 
 #include <array>
 #include <optional>

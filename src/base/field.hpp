@@ -52,4 +52,8 @@ bool is_zero(const VectorField<D>& f)
     return true;
 }
 
+/// Negative inside, positive outside, smooth near where it vanishes; a body is where all of its functions are negative.
+template <int D>
+using LevelSet = std::function<double(const Vec<D>&)>;
+
 }  // namespace ordo

@@ -227,11 +227,11 @@ void add_state(Hdf5Writer& out, State<D>& s)
     for_each_array(s.particles, [&]<class T>(const std::string& name, const ArrayOf<T>& array) {
         out.add(name, ArrayOf<const T>{array.data, array.rows, array.columns});
     });
-    const TileRecord layout = s.tiles.record();
+    const TileRecord layout = s.field.tiles.record();
     out.add("layout_tiles", layout.tiles);
     out.add("layout_ends", layout.ends);
     out.add("layout_blocks", layout.blocks);
-    out.add("layout_halo", std::vector<std::int32_t>{s.tiles.halo()});
+    out.add("layout_halo", std::vector<std::int32_t>{s.field.tiles.halo()});
     for_each_number(s, [&](const char* name, double x) { out.add(name, std::vector<double>{x}); });
 }
 

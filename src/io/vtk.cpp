@@ -244,7 +244,7 @@ void write_grid(const std::filesystem::path& file, const State<D>& s)
     const auto both_sides = IndexBox<D>{Index<D>{}, Index<D>::filled(last > 0 ? 2 : 1)};
     auto is_touched       = [&](const Index<D>& node) {
         bool is = false;
-        both_sides.for_each([&](const Index<D>& side) { is = is || s.tiles.is_active(node + side * last); });
+        both_sides.for_each([&](const Index<D>& side) { is = is || s.field.tiles.is_active(node + side * last); });
         return is;
     };
     parallel_for_each(static_cast<std::ptrdiff_t>(count), [&](std::ptrdiff_t k) {

@@ -36,7 +36,7 @@ void copy(Lanes* to, const Lanes* from, const Tiles<D>& tiles)
 
 /// v_i = (m v)_i / m_i where there is mass.
 template <int D>
-void velocities(Lanes* nodes, const Tiles<D>& tiles)
+void momenta_to_velocities(Lanes* nodes, const Tiles<D>& tiles)
 {
     tiles.for_each_node_run([=](std::ptrdiff_t first, std::ptrdiff_t end) {
         for (std::ptrdiff_t i = first; i < end; ++i) {
@@ -48,13 +48,13 @@ void velocities(Lanes* nodes, const Tiles<D>& tiles)
     });
 }
 
-/// What `advance` finds in a node: velocity and force, momentum and force, or velocity and acceleration.
+/// What `kick` finds in a node: velocity and force, momentum and force, or velocity and acceleration.
 enum class NodeState { velocity, momentum, solved };
 
 /// a_i = f_i/m_i + g; the increment dt a_i replaces the force, or the acceleration; v_i += dt a_i, from (m v)_i/m_i where
 /// nodes hold momenta.
 template <int D>
-void advance(Lanes* nodes, const Tiles<D>& tiles, const Vec<D>& gravity, double dt, NodeState state)
+void kick(Lanes* nodes, const Tiles<D>& tiles, const Vec<D>& gravity, double dt, NodeState state)
 {
     const Vec<3> g = padded(dt * gravity);
     tiles.for_each_node_run([=](std::ptrdiff_t first, std::ptrdiff_t end) {

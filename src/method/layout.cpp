@@ -44,17 +44,17 @@ void assign(const Lattice<D>& lattice, Tiles<D>& tiles, Particles<D>& particles)
 template <int D>
 void arrange_nodes(const Model<D>& model, State<D>& s, const Lattice<D>& lattice, Tiles<D> tiles)
 {
-    s.halo                     = Halo<D>(lattice, tiles);
-    const std::size_t enriched = add_enriched(lattice, s.particles, s.halo), nodes = lattice.node_count() + enriched;
+    s.field.halo               = Halo<D>(lattice, tiles);
+    const std::size_t enriched = add_enriched(lattice, s.particles, s.field.halo), nodes = lattice.node_count() + enriched;
     tiles.add_nodes(enriched);
-    if (s.nodes.size() != nodes) {
-        s.nodes = Array<Lanes>(nodes, Pages::own);
-        if (model.method.scheme != Scheme::usl) s.strain_nodes = Array<Lanes>(nodes, Pages::own);
-        if (model.method.mass == MassMatrix::consistent) s.known = Array<Lanes>(nodes, Pages::own);
+    if (s.field.nodes.size() != nodes) {
+        s.field.nodes = Array<Lanes>(nodes, Pages::own);
+        if (model.method.scheme != TimeScheme::usl) s.field.strain_nodes = Array<Lanes>(nodes, Pages::own);
+        if (model.method.mass == MassMatrix::consistent) s.field.known = Array<Lanes>(nodes, Pages::own);
     }
-    s.lattice     = lattice;
-    s.tiles       = std::move(tiles);
-    s.constraints = Constraints<D>(model.boundaries, s.lattice, s.tiles);
+    s.lattice           = lattice;
+    s.field.tiles       = std::move(tiles);
+    s.field.constraints = Constraints<D>(model.boundaries, s.lattice, s.field.tiles);
     number_enriched(s);
 }
 
@@ -70,7 +70,7 @@ void sort_particles(const Model<D>& model, State<D>& s)
 
     const Lattice<D> lattice(model.origin, model.h, model.cells, model.periodic, halo + 1, grid_basis(model.method));
     Tiles<D> tiles(lattice, halo, s.particles.count);
-    s.mass = {};  // the sort needs room, and the matrix is formed anew in each step
+    s.field.mass = {};  // the sort needs room, and the matrix is formed anew in each step
     assign(lattice, tiles, s.particles);
 
     s.drift = 0.0;

@@ -10,7 +10,7 @@ namespace ordo {
 template <int D>
 bool is_sorted_enough(const State<D>& s)
 {
-    return !s.tiles.tiles().empty() && s.drift + s.reach + s.extra_reach <= s.tiles.halo();
+    return !s.field.tiles.tiles().empty() && s.drift + s.reach + s.extra_reach <= s.field.tiles.halo();
 }
 
 /// Puts particles back into the period of periodic axes.

@@ -66,16 +66,16 @@ bool is_below(const Lanes& norm, double part, const Lanes& whole, const std::vec
 template <int D>
 void MassSolver<D>::apply(State<D>& s, const Sweep<D>& sweep, const Lanes* from, Lanes* to) const
 {
-    clear(to, s.tiles);
+    clear(to, s.field.tiles);
     Sweep<D> view = sweep;
     view.nodes    = to;
     if (is_of_points_) {
         view.p = s.points.view();
         s.points.for_each_by_colour([&](const Tile& tile) { passes_.apply_mass_points(view, from, tile.begin, tile.end); });
     } else {
-        s.tiles.for_each_by_colour([&](const Tile& tile) { passes_.apply_mass(view, from, tile.begin, tile.end); });
+        s.field.tiles.for_each_by_colour([&](const Tile& tile) { passes_.apply_mass(view, from, tile.begin, tile.end); });
     }
-    s.halo.add(to, 0, NodeLane::end);
+    s.field.halo.add(to, 0, NodeLane::end);
 }
 
 template <int D>
@@ -91,10 +91,10 @@ MassSolver<D>::Components::Components(unsigned parts)
 template <int D>
 void MassSolver<D>::prepare(State<D>& s, const Sweep<D>& sweep, const Lanes* nodes) const
 {
-    MassSystem<D>& m  = s.mass;
+    MassSystem<D>& m  = s.field.mass;
     auto mass         = [&](std::ptrdiff_t i) { return nodes[i][NodeLane::mass]; };
     const int reach   = std::max(rows_.reach, 1);  // lines of rows ask for the next node
-    const bool is_new = m.rows.assign(s.lattice, s.tiles, reach, [&](std::ptrdiff_t i) { return mass(i) > 0; });
+    const bool is_new = m.rows.assign(s.lattice, s.field.tiles, reach, [&](std::ptrdiff_t i) { return mass(i) > 0; });
     const auto count  = static_cast<std::size_t>(m.rows.end());
     for (Array<Lanes>* a : {&m.r, &m.p, &m.q}) keep_room(*a, count);
     for (Array<double>* a : {&m.diagonal, &m.scale}) keep_room(*a, count);
@@ -104,7 +104,7 @@ void MassSolver<D>::prepare(State<D>& s, const Sweep<D>& sweep, const Lanes* nod
     if (rows_.form)
         form(s, sweep);
     else
-        for (Array<Lanes>& a : m.on_grid) make_room(a, s.nodes.size());
+        for (Array<Lanes>& a : m.on_grid) make_room(a, s.field.nodes.size());
     find_lumped(s, sweep, nodes);
     if (rows_.form) factor(s);
     m.is_formed = true;
@@ -113,7 +113,7 @@ void MassSolver<D>::prepare(State<D>& s, const Sweep<D>& sweep, const Lanes* nod
 template <int D>
 void MassSolver<D>::form(State<D>& s, const Sweep<D>& sweep) const
 {
-    MassSystem<D>& m = s.mass;
+    MassSystem<D>& m = s.field.mass;
     const auto size  = static_cast<std::size_t>(rows_.size);
     keep_room(m.entries, size * m.rows.end_with_images());
     double* entries = m.entries.data();
@@ -128,7 +128,7 @@ void MassSolver<D>::form(State<D>& s, const Sweep<D>& sweep) const
         view.p = s.points.view();
         s.points.for_each_by_colour(add);
     } else {
-        s.tiles.for_each_by_colour(add);
+        s.field.tiles.for_each_by_colour(add);
     }
     m.rows.join_images([&](int row, int image) {
         for (std::size_t k = 0; k < size; ++k) entries[row * size + k] += entries[image * size + k];
@@ -138,16 +138,16 @@ void MassSolver<D>::form(State<D>& s, const Sweep<D>& sweep) const
 template <int D>
 void MassSolver<D>::multiply(State<D>& s, const Sweep<D>& sweep, const Lanes* from, Lanes* to) const
 {
-    MassSystem<D>& m = s.mass;
+    MassSystem<D>& m = s.field.mass;
     if (rows_.form) {
         const RowView<D> rows = m.rows.view();
         for_each_run(m.rows, [&](int begin, int end) { rows_.multiply(rows, m.entries.data(), from, to, begin, end); });
         return;
     }
     Lanes *grid_from = m.on_grid[0].data(), *grid_to = m.on_grid[1].data();
-    clear(grid_from, s.tiles);
+    clear(grid_from, s.field.tiles);
     for_each_row(m.rows, [&](int i) { grid_from[m.rows.node(i)] = from[i]; });
-    s.halo.copy(grid_from);
+    s.field.halo.copy(grid_from);
     apply(s, sweep, grid_from, grid_to);
     for_each_row(m.rows, [&](int i) { to[i] = grid_to[m.rows.node(i)]; });
 }
@@ -156,7 +156,7 @@ void MassSolver<D>::multiply(State<D>& s, const Sweep<D>& sweep, const Lanes* fr
 template <int D>
 void MassSolver<D>::find_lumped(State<D>& s, const Sweep<D>& sweep, const Lanes* nodes) const
 {
-    MassSystem<D>& m      = s.mass;
+    MassSystem<D>& m      = s.field.mass;
     constexpr int coupled = NodeLane::mass;
     const Lanes lumped    = sum_of_runs(m.rows, [&](int begin, int end) {
         Lanes count{};
@@ -181,14 +181,14 @@ void MassSolver<D>::find_lumped(State<D>& s, const Sweep<D>& sweep, const Lanes*
 template <int D>
 void MassSolver<D>::set_first(State<D>& s, Lanes* nodes, const Lanes* known, const Components& c) const
 {
-    MassSystem<D>& m  = s.mass;
+    MassSystem<D>& m  = s.field.mass;
     unsigned char all = MassRowParts::coupled;
     for (const int a : c.lanes) all |= static_cast<unsigned char>(1u << a);
     for_each_row(m.rows, [&](int i) {
         m.lanes[i] = m.parts().is_coupled(i) ? all : 0;
         m.p[i]     = nodes[m.rows.node(i)] * c.mask * (m.scale[i] * m.scale[i]);
     });
-    s.constraints.for_each([&](std::ptrdiff_t node, int component, bool is_prescribed) {
+    s.field.constraints.for_each([&](std::ptrdiff_t node, int component, bool is_prescribed) {
         const int row = m.rows.row(node);
         if (row > 0 && m.rows.node(row) != node) return;  // images are no rows of their own
         for (const int first : c.firsts) {
@@ -214,7 +214,7 @@ template <int D>
 typename MassSolver<D>::Norms MassSolver<D>::find_residual(State<D>& s, const Sweep<D>& sweep, Lanes* nodes,
                                                            const Components& c) const
 {
-    MassSystem<D>& m   = s.mass;
+    MassSystem<D>& m   = s.field.mass;
     const Lanes* of    = masks();
     const Lanes others = of[255] - c.mask;
     Lanes* z           = m.q.data();
@@ -245,7 +245,7 @@ typename MassSolver<D>::Norms MassSolver<D>::find_residual(State<D>& s, const Sw
 template <int D>
 void MassSolver<D>::factor(State<D>& s) const
 {
-    MassSystem<D>& m = s.mass;
+    MassSystem<D>& m = s.field.mass;
     keep_room(m.factors, static_cast<std::size_t>(rows_.factor_size) * m.rows.end());
     const RowView<D> rows    = m.rows.view();
     const MassRowParts parts = m.parts();
@@ -262,7 +262,7 @@ void MassSolver<D>::factor(State<D>& s) const
 template <int D>
 Lanes MassSolver<D>::precondition(State<D>& s) const
 {
-    MassSystem<D>& m = s.mass;
+    MassSystem<D>& m = s.field.mass;
     Lanes* z         = m.q.data();
     auto solve       = [&](int a, unsigned passes) {
         const RowLines& lines = m.rows.lines(a);
@@ -289,7 +289,7 @@ Lanes MassSolver<D>::precondition(State<D>& s) const
 template <int D>
 Lanes MassSolver<D>::multiply_direction(State<D>& s, const Sweep<D>& sweep) const
 {
-    MassSystem<D>& m      = s.mass;
+    MassSystem<D>& m      = s.field.mass;
     const RowView<D> rows = m.rows.view();
     const Lanes *of = masks(), *p = m.p.data();
     Lanes* q = m.q.data();
@@ -307,9 +307,9 @@ Lanes MassSolver<D>::multiply_direction(State<D>& s, const Sweep<D>& sweep) cons
 
 /// u += alpha p, r -= alpha q, z = r over the roots of the masses; returns z z.
 template <int D>
-Lanes MassSolver<D>::advance(State<D>& s, Lanes* nodes, const Lanes& alpha) const
+Lanes MassSolver<D>::add_direction(State<D>& s, Lanes* nodes, const Lanes& alpha) const
 {
-    MassSystem<D>& m = s.mass;
+    MassSystem<D>& m = s.field.mass;
     return sum_of_runs(m.rows, [&](int begin, int end) {
         Lanes sum{};
         for (int i = begin; i < end; ++i) {
@@ -345,11 +345,11 @@ void MassSolver<D>::solve(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, cons
         Lanes precondition() { return solver.precondition(s); }
         void turn(const Lanes& beta)
         {
-            MassSystem<D>& m = s.mass;
+            MassSystem<D>& m = s.field.mass;
             for_each_row(m.rows, [&](int i) { m.p[i] = m.q[i] + m.p[i] * beta; });
         }
         Lanes multiply() { return solver.multiply_direction(s, sweep); }
-        void advance(const Lanes& alpha) { norms.r = solver.advance(s, nodes, alpha); }
+        void add_direction(const Lanes& alpha) { norms.r = solver.add_direction(s, nodes, alpha); }
     };
     iterations_ = conjugate_gradients(System{*this, s, sweep, nodes, c, norms}, max_iterations);
     if (is_finite(norms.r, c.lanes) && !is_below(norms.r, bearable, norms.b, c.lanes))  // else the particles will tell
@@ -358,7 +358,7 @@ void MassSolver<D>::solve(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, cons
             "nodes; use smaller particles (more of them in a cell), a larger method.lump_below (now {}) or method.mass = "
             "\"lumped\"",
             s.n, s.t, iterations_, lump_below_));
-    s.halo.copy(nodes);
+    s.field.halo.copy(nodes);
 }
 
 template class MassSolver<1>;

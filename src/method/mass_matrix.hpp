@@ -64,7 +64,7 @@ class MassSolver {
     void factor(State<D>& s) const;
     Lanes precondition(State<D>& s) const;
     Lanes multiply_direction(State<D>& s, const Sweep<D>& sweep) const;
-    Lanes advance(State<D>& s, Lanes* nodes, const Lanes& alpha) const;
+    Lanes add_direction(State<D>& s, Lanes* nodes, const Lanes& alpha) const;
 
     Passes<D> passes_;
     MassRowPasses<D> rows_;

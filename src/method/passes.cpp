@@ -19,7 +19,6 @@ namespace {
 template <int D>
 Passes<D> passes_of_basis(const MethodSpec& spec)
 {
-    if (is_spline_fit(spec)) return passes_of<D, Hat>(spec);  // of nodes at vertices; a scheme of its own takes its steps
     switch (spec.basis) {
     case Basis::hat: return passes_of<D, Hat>(spec);
     case Basis::bspline2: return passes_of<D, BSpline<2>>(spec);
@@ -42,12 +41,13 @@ Passes<D> passes_of_basis(const MethodSpec& spec)
 template <int D>
 Passes<D> choose_passes(const MethodSpec& spec)
 {
-    if (const Rule* rule = broken_rule(spec)) throw InputError(std::string(rule->what) + ": " + std::string(rule->why));
+    require_allowed(spec);
+    if (spec.quadrature == Quadrature::spline) throw std::logic_error("choose_passes: splines take their steps without passes");
     Passes<D> p    = passes_of_basis<D>(spec);
     p.velocity_fit = choose_velocity_fit<D>(spec);
     p.cell_fit     = choose_cell_fit<D>(spec);
 
-    p.mass_rows_of_points = choose_mass_rows<D>(is_spline_fit(spec) ? Basis::hat : spec.basis);
+    p.mass_rows_of_points = choose_mass_rows<D>(spec.basis);
     if (spec.domain == Domain::point) p.mass_rows = p.mass_rows_of_points;
     return p;
 }

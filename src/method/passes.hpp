@@ -80,9 +80,8 @@ struct Passes {
     Gather follow_corners;                                                            ///< x_p and V_p; null without cells
 
     void (*evolve)(const Sweep<D>&, int i);  ///< the domain of particle i from its F, or from its corners
-    double (*reach)(const Lattice<D>&, const ParticleView<D>&, int i);             ///< from x_p to the edge of its domain, cells
-    double max_reach;                                                              ///< the largest that the passes hold
-    Lanes (*interpolate)(const Lattice<D>&, const Lanes* nodes, const Vec<D>& x);  ///< sum N_i(x) n_i
+    double (*reach)(const Lattice<D>&, const ParticleView<D>&, int i);  ///< from x_p to the edge of its domain, cells
+    double max_reach;                                                   ///< the largest that the passes hold
 };
 
 /// The passes for a choice that breaks no rule.

@@ -43,7 +43,7 @@ void add_reports(State<D>& s, const std::vector<FitReport>& reports)
     ProjectionReport& total = s.projection;
     for (std::size_t k = 0; k < reports.size(); ++k) {
         if (total.fit.dropped == 0 && reports[k].dropped > 0) {
-            const IndexBox<D> nodes = s.tiles.nodes_of(s.tiles.blocks()[k]);
+            const IndexBox<D> nodes = s.field.tiles.nodes_of(s.field.tiles.blocks()[k]);
             for (int a = 0; a < D; ++a)
                 total.dropped_at[a] =
                     0.5 * (s.lattice.node_position(a, nodes.lo[a]) + s.lattice.node_position(a, nodes.hi[a] - 1));
@@ -55,20 +55,20 @@ void add_reports(State<D>& s, const std::vector<FitReport>& reports)
 template <int D>
 void fit_velocities(const Model<D>& model, const VelocityFitPasses<D>& passes, State<D>& s, const Sweep<D>& sweep, Lanes* nodes)
 {
-    make_room(s.velocity_records, s.nodes.size(), passes.size);
+    make_room(s.velocity_records, s.field.nodes.size(), passes.size);
     Lanes* records = s.velocity_records.data();
-    clear(records, s.tiles, passes.size);
+    clear(records, s.field.tiles, passes.size);
     const bool with_corners = model.method.samples == Samples::corners;
-    s.tiles.for_each_by_colour([&](const Tile& t) { passes.spread(sweep, records, with_corners, t.begin, t.end); });
-    s.halo.add_records(records, passes.size);
-    s.halo.clear(nodes);  // images are no nodes of their own
-    std::vector<FitReport> reports(s.tiles.blocks().size());
+    s.field.tiles.for_each_by_colour([&](const Tile& t) { passes.spread(sweep, records, with_corners, t.begin, t.end); });
+    s.field.halo.add_records(records, passes.size);
+    s.field.halo.clear(nodes);  // images are no nodes of their own
+    std::vector<FitReport> reports(s.field.tiles.blocks().size());
     const FitChoices choices{.is_whole   = model.method.projection == Projection::mls,
                              .everywhere = model.method.quadrature == Quadrature::cell};  // whose nodes are others
-    s.tiles.for_each_block_run([&](std::ptrdiff_t block, std::ptrdiff_t first, std::ptrdiff_t end) {
+    s.field.tiles.for_each_block_run([&](std::ptrdiff_t block, std::ptrdiff_t first, std::ptrdiff_t end) {
         passes.solve(nodes, records, choices, first, end, reports[block]);
     });
-    s.halo.copy(nodes);
+    s.field.halo.copy(nodes);
     add_reports(s, reports);
 }
 
@@ -105,24 +105,24 @@ struct FilledCells {
 template <int D>
 void spread_to_cells(const CellFitPasses<D>& passes, State<D>& s, const Sweep<D>& sweep)
 {
-    make_room(s.cell_records, s.nodes.size(), passes.size);
-    make_room(s.cell_contents, s.nodes.size());
+    make_room(s.cell_records, s.field.nodes.size(), passes.size);
+    make_room(s.cell_contents, s.field.nodes.size());
     Lanes *records = s.cell_records.data(), *contents = s.cell_contents.data();
-    clear(records, s.tiles, passes.size);
-    clear(contents, s.tiles);
-    s.tiles.for_each_by_colour([&](const Tile& t) { passes.spread(sweep, contents, records, t.begin, t.end); });
-    s.halo.add_records(records, passes.size);
-    s.halo.add_records(contents, 1);
-    s.halo.copy_records(contents, 1);
+    clear(records, s.field.tiles, passes.size);
+    clear(contents, s.field.tiles);
+    s.field.tiles.for_each_by_colour([&](const Tile& t) { passes.spread(sweep, contents, records, t.begin, t.end); });
+    s.field.halo.add_records(records, passes.size);
+    s.field.halo.add_records(contents, 1);
+    s.field.halo.copy_records(contents, 1);
 }
 
 /// Makes room for the points of all filled cells and sorts them by colour. Returns the first point of each block, and their number.
 template <int D>
 std::vector<int> number_points(const CellFitPasses<D>& passes, const FilledCells<D>& cells, State<D>& s, bool has_body_force)
 {
-    const auto& blocks = s.tiles.blocks();
+    const auto& blocks = s.field.tiles.blocks();
     std::vector<int> first(blocks.size() + 1, 0);
-    s.tiles.for_each_block(
+    s.field.tiles.for_each_block(
         [&](std::ptrdiff_t k) { cells.for_each(k, [&](const Index<D>&) { first[k + 1] += passes.per_cell; }); });
     for (std::size_t k = 0; k < blocks.size(); ++k) first[k + 1] += first[k];
     s.points.resize(first.back(), has_body_force);
@@ -137,15 +137,15 @@ void fit_cells(const Model<D>& model, const CellFitPasses<D>& passes, State<D>& 
 {
     spread_to_cells(passes, s, sweep);
     const Lattice<D>& g = s.lattice;
-    const FilledCells<D> cells{g, s.tiles, s.cell_contents.data()};
+    const FilledCells<D> cells{g, s.field.tiles, s.cell_contents.data()};
     const std::vector<int> first = number_points(passes, cells, s, sweep.p.b != nullptr);
 
     double whole = 1.0;
     for (int a = 0; a < D; ++a) whole *= g.h[a];
     Lanes* records = s.cell_records.data();
-    std::vector<FitReport> reports(s.tiles.blocks().size());
+    std::vector<FitReport> reports(s.field.tiles.blocks().size());
     const ParticleView<D> q = s.points.view();
-    s.tiles.for_each_block([&](std::ptrdiff_t k) {
+    s.field.tiles.for_each_block([&](std::ptrdiff_t k) {
         int point = first[k];
         cells.for_each(k, [&](const Index<D>& cell) {
             const Lanes& content = cells.content(cell);
@@ -169,8 +169,8 @@ void fit_cells(const Model<D>& model, const CellFitPasses<D>& passes, State<D>& 
 template <int D>
 void settle_masses(State<D>& s, Lanes* nodes, const Lanes* of_particles, bool has_velocities)
 {
-    std::vector<FitReport> reports(s.tiles.blocks().size());
-    s.tiles.for_each_block_run([&](std::ptrdiff_t block, std::ptrdiff_t first, std::ptrdiff_t end) {
+    std::vector<FitReport> reports(s.field.tiles.blocks().size());
+    s.field.tiles.for_each_block_run([&](std::ptrdiff_t block, std::ptrdiff_t first, std::ptrdiff_t end) {
         for (std::ptrdiff_t i = first; i < end; ++i) {
             double& m            = nodes[i][NodeLane::mass];
             const double m_there = of_particles[i][NodeLane::mass];
@@ -191,26 +191,26 @@ void find_cell_gradients(const Passes<D>& passes, State<D>& s, const Lanes* node
 {
     using C             = CellGradient<D>;
     const Lattice<D>& g = s.lattice;
-    const auto& blocks  = s.tiles.blocks();
-    make_room(s.gradients, s.nodes.size(), C::size);
+    const auto& blocks  = s.field.tiles.blocks();
+    make_room(s.gradients, s.field.nodes.size(), C::size);
     Lanes* gradients = s.gradients.data();
-    clear(gradients, s.tiles, C::size);
+    clear(gradients, s.field.tiles, C::size);
     auto record = [&](const Index<D>& cell) { return gradients + g.offset(cell) * C::size; };
-    s.tiles.for_each_block([&](std::ptrdiff_t k) {
-        s.tiles.nodes_of(blocks[k]).for_each([&](const Index<D>& cell) {
-            if (g.has_cell(cell)) passes.gradient_at_center(g, s.tiles, nodes, cell, record(cell));
+    s.field.tiles.for_each_block([&](std::ptrdiff_t k) {
+        s.field.tiles.nodes_of(blocks[k]).for_each([&](const Index<D>& cell) {
+            if (g.has_cell(cell)) passes.gradient_at_center(g, s.field.tiles, nodes, cell, record(cell));
         });
     });
-    s.halo.copy_records(gradients, C::size);
+    s.field.halo.copy_records(gradients, C::size);
 
     // Cells of which a node has no mass, from those of which all have.
     std::vector<std::vector<std::pair<Index<D>, std::array<Lanes, C::size>>>> filled(blocks.size());
-    s.tiles.for_each_block([&](std::ptrdiff_t k) {
-        s.tiles.nodes_of(blocks[k]).for_each([&](const Index<D>& cell) {
+    s.field.tiles.for_each_block([&](std::ptrdiff_t k) {
+        s.field.tiles.nodes_of(blocks[k]).for_each([&](const Index<D>& cell) {
             if (!g.has_cell(cell) || C::get_known(record(cell)) != C::no) return;
             auto known = [&](const Index<D>& at) -> const Lanes* {
                 const Index<D> there = g.inside_period(at);
-                if (!g.has_cell(there) || !s.tiles.is_active(there)) return nullptr;
+                if (!g.has_cell(there) || !s.field.tiles.is_active(there)) return nullptr;
                 return C::get_known(record(there)) == C::yes ? record(there) : nullptr;
             };
             bool has_neighbour = false;
@@ -223,20 +223,21 @@ void find_cell_gradients(const Passes<D>& passes, State<D>& s, const Lanes* node
     });
     for (const auto& block : filled)
         for (const auto& [cell, found] : block) std::copy(found.begin(), found.end(), record(cell));
-    s.halo.copy_records(gradients, C::size);
+    s.field.halo.copy_records(gradients, C::size);
 
     // Beyond walls, one axis after the other: the linear continuation, or the value where only one cell is known.
     for (int axis = 0; axis < D; ++axis) {
         if (g.periodic[axis]) continue;
-        s.tiles.for_each_block([&](std::ptrdiff_t k) {
-            s.tiles.nodes_of(blocks[k]).for_each([&](const Index<D>& cell) {
+        s.field.tiles.for_each_block([&](std::ptrdiff_t k) {
+            s.field.tiles.nodes_of(blocks[k]).for_each([&](const Index<D>& cell) {
                 const bool is_below = cell[axis] == g.margin - 1, is_above = cell[axis] == g.margin + g.cells[axis];
                 if (!is_below && !is_above) return;
                 Index<D> first = cell, second = cell;
                 first[axis] += is_below ? 1 : -1;
                 second[axis] += is_below ? 2 : -2;
-                if (!s.tiles.is_active(first) || C::get_known(record(first)) == C::no) return;
-                const bool is_linear = s.tiles.is_active(second) && C::get_known(record(second)) != C::no && g.cells[axis] > 1;
+                if (!s.field.tiles.is_active(first) || C::get_known(record(first)) == C::no) return;
+                const bool is_linear =
+                    s.field.tiles.is_active(second) && C::get_known(record(second)) != C::no && g.cells[axis] > 1;
                 for (int q = 0; q < C::size; ++q) {
                     const Lanes one = record(first)[q];
                     record(cell)[q] = is_linear ? one * 2.0 - record(second)[q] : one;

@@ -18,7 +18,7 @@ enum class CellVolume { full, filled };
 enum class MassMatrix { lumped, consistent };
 enum class Gradient { shape, adjoint, affine, projected };
 enum class Update { flip, apic, polypic };
-enum class Scheme { usf, usl, musl, rk3, rk4 };
+enum class TimeScheme { usf, usl, musl, rk3, rk4 };
 enum class Start { leapfrog, plain };
 
 /// A method: one choice per axis.
@@ -37,7 +37,7 @@ struct MethodSpec {
     MassMatrix mass                = MassMatrix::lumped;
     Gradient gradient              = Gradient::shape;
     Update update                  = Update::flip;
-    Scheme scheme                  = Scheme::usl;
+    TimeScheme scheme              = TimeScheme::usl;
     Start start                    = Start::leapfrog;
     double degree                  = 1;
     double pic_fraction            = 0.0;
@@ -57,9 +57,9 @@ inline bool has_cells(const MethodSpec& s) { return s.domain == Domain::cell || 
 inline bool has_splines(const MethodSpec& s) { return s.basis == Basis::bspline2 || s.basis == Basis::bspline3; }
 /// The scheme of docs/high_order.md.
 inline bool is_spline_fit(const MethodSpec& s) { return s.projection == Projection::spline_fit; }
-inline bool has_stages_of_runge_kutta(const MethodSpec& s) { return s.scheme == Scheme::rk3 || s.scheme == Scheme::rk4; }
+inline bool has_stages_of_runge_kutta(const MethodSpec& s) { return s.scheme == TimeScheme::rk3 || s.scheme == TimeScheme::rk4; }
 /// Of a scheme of Runge and Kutta.
-inline int stages_of(Scheme scheme) { return scheme == Scheme::rk3 ? 3 : 4; }
+inline int stages_of(TimeScheme scheme) { return scheme == TimeScheme::rk3 ? 3 : 4; }
 /// Of the splines, 1 for hats.
 inline int degree_of(Basis basis)
 {
@@ -73,6 +73,10 @@ inline int degree_of(Basis basis)
     }
     return 1;
 }
+/// Of the functions of nodes. A scheme of splines shows its fields at the vertices of cells.
+inline int node_degree(const MethodSpec& s) { return is_spline_fit(s) ? 1 : degree_of(s.basis); }
+/// Bodies fill the grid between walls, unless they say where their surface is.
+inline bool needs_full_grid(const MethodSpec& s) { return is_spline_fit(s); }
 inline bool has_enrichment(const MethodSpec& s) { return s.enrichment != Enrichment::none; }
 inline bool keeps_corner_velocity(const MethodSpec& s) { return s.corner_velocity == CornerVelocity::kept; }
 /// Velocities of the nodes are least-squares fits there.
@@ -99,7 +103,7 @@ inline bool carries_gradient(const MethodSpec& s)
 /// That matrix is the gradient of the stress update, which stores it in passing.
 inline bool stores_gradient(const MethodSpec& s)
 {
-    return s.scheme == Scheme::usl && carries_gradient(s) &&
+    return s.scheme == TimeScheme::usl && carries_gradient(s) &&
            (s.projection != Projection::affine || s.gradient == Gradient::affine);
 }
 

@@ -1,15 +1,11 @@
 // Everything that a step reads and changes, and the choices that stay fixed over a run.
 #pragma once
 
-#include "grid/boundary.hpp"
-#include "grid/cut_rule.hpp"
-#include "grid/halo.hpp"
-#include "grid/node_rows.hpp"
-#include "grid/tiles.hpp"
+#include "base/field.hpp"
 #include "kernels/sweep.hpp"
 #include "material/material.hpp"
+#include "method/node_field.hpp"
 #include "method/spec.hpp"
-#include "method/spline_work.hpp"
 #include "method/tractions.hpp"
 #include "particles/particles.hpp"
 #include "shape/weights.hpp"
@@ -39,7 +35,7 @@ struct Model {
     std::vector<Traction<D>> tractions;
     std::vector<Load<D>> loads;  ///< the faces that they act on, see add_loads
     std::vector<Boundary<D>> boundaries;
-    /// With projection spline-fit, where bodies do not fill the grid: functions of the initial position, m, that are negative inside
+    /// For schemes that need to know where bodies end inside the grid: functions of the initial position, m, that are negative inside
     /// and vanish on the free surface.
     std::vector<LevelSet<D>> surface;
     Vec<D> gravity{};
@@ -91,21 +87,6 @@ struct ProjectionReport {
     }
 };
 
-/// What the solution of the consistent mass matrix works with; empty without it.
-template <int D>
-struct MassSystem {
-    NodeRows<D> rows;            ///< the nodes with mass
-    bool is_formed = false;      ///< `entries` are those of the particles where they are, of the points as they are
-    Array<double> entries;       ///< half of each row, kg
-    Array<float> factors;        ///< of the preconditioner
-    Array<unsigned char> lanes;  ///< see MassRowParts, as the next two
-    Array<double> diagonal, scale;
-    Array<Lanes> r, p, q;                 ///< residual, direction and its product, or the preconditioned residual
-    std::array<Array<Lanes>, 2> on_grid;  ///< p and q on all nodes, where the matrix is not formed
-
-    MassRowParts parts() const { return {lanes.data(), diagonal.data(), scale.data()}; }
-};
-
 /// What the step changes.
 template <int D>
 struct State {
@@ -113,20 +94,13 @@ struct State {
 
     // Rebuilt by the sort; see method/layout.hpp.
     Lattice<D> lattice;
-    Tiles<D> tiles;
-    Halo<D> halo;
-    Constraints<D> constraints;
-    Array<Lanes> nodes;             ///< sums, then velocities and increments; behind the grid's those of enriched corners
-    Array<Lanes> strain_nodes;      ///< velocities that update the stress, where they are not those of `nodes` (USF, MUSL)
-    MassSystem<D> mass;             ///< of the consistent mass matrix
-    Array<Lanes> known;             ///< values of constrained components, for the same
+    NodeField<D> field;
     Array<Lanes> velocity_records;  ///< of least-squares fits of the velocity
     Array<Lanes> cell_records;      ///< of those of the fields in cells
     Array<Lanes> cell_contents;     ///< see kernels/cell_fields.hpp
     Array<Lanes> gradients;         ///< see kernels/cell_gradient.hpp
     Array<Lanes> particle_nodes;    ///< sums of particles where nodes hold those of quadrature points
     QuadraturePoints<D> points;     ///< of quadratures cell and gauss
-    SplineWork<D> spline;           ///< of projection spline-fit
     ProjectionReport projection;    ///< of the last step
     double drift    = 0.0;          ///< bound on any particle's displacement since the sort, cells
     double move     = 0.0;          ///< the largest displacement of the last step along an axis, cells
@@ -149,11 +123,8 @@ inline void make_room(Array<Lanes>& array, std::size_t nodes, int size = 1)
     if (array.size() != nodes * size) array = Array<Lanes>(nodes * size, Pages::own);
 }
 
-/// What the grid of a method is made of. With projection spline-fit nodes are the vertices of cells, where splines are shown.
-inline GridBasis grid_basis(const MethodSpec& method)
-{
-    return {.degree = is_spline_fit(method) ? 1 : degree_of(method.basis), .a0 = method.a0};
-}
+/// What the grid of a method is made of.
+inline GridBasis grid_basis(const MethodSpec& method) { return {.degree = node_degree(method), .a0 = method.a0}; }
 
 /// Cells beyond a particle's domain in which its samples count at nodes.
 inline int extra_reach(const MethodSpec& method)

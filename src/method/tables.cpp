@@ -157,13 +157,13 @@ constexpr Choice<Update> choices_of_update[] = {
     {Update::polypic, "polypic", "node velocity and polynomial (Fu et al. 2017)"}};
 constexpr AxisRow<Update> row_of(Update) { return {"update", "velocity from nodes to particles", choices_of_update}; }
 
-constexpr Choice<Scheme> choices_of_scheme[] = {
-    {Scheme::usf, "usf", "stress first, from the projected velocity"},
-    {Scheme::usl, "usl", "stress last, from the advanced velocity"},
-    {Scheme::musl, "musl", "stress last, from the velocity projected again after the particle update"},
-    {Scheme::rk3, "rk3", "Heun's three stages of third order, particles as their data"},
-    {Scheme::rk4, "rk4", "the four classical stages of fourth order"}};
-constexpr AxisRow<Scheme> row_of(Scheme) { return {"scheme", "when the stress is updated", choices_of_scheme}; }
+constexpr Choice<TimeScheme> choices_of_scheme[] = {
+    {TimeScheme::usf, "usf", "stress first, from the projected velocity"},
+    {TimeScheme::usl, "usl", "stress last, from the advanced velocity"},
+    {TimeScheme::musl, "musl", "stress last, from the velocity projected again after the particle update"},
+    {TimeScheme::rk3, "rk3", "Heun's three stages of third order, particles as their data"},
+    {TimeScheme::rk4, "rk4", "the four classical stages of fourth order"}};
+constexpr AxisRow<TimeScheme> row_of(TimeScheme) { return {"scheme", "when the stress is updated", choices_of_scheme}; }
 
 constexpr Choice<Start> choices_of_start[] = {
     {Start::leapfrog, "leapfrog", "the first kick is a half step: velocities live at t - dt/2"},
@@ -320,6 +320,11 @@ const Rule* broken_rule(const MethodSpec& s)
     return nullptr;
 }
 
+void require_allowed(const MethodSpec& s)
+{
+    if (const Rule* rule = broken_rule(s)) throw InputError(std::string(rule->what) + ": " + std::string(rule->why));
+}
+
 namespace {
 
 /// Taylor least squares of everything, on a basis.
@@ -330,12 +335,12 @@ MethodSpec tls(Basis basis)
             .quadrature  = Quadrature::gauss,
             .cell_volume = CellVolume::filled,
             .mass        = MassMatrix::consistent,
-            .scheme      = Scheme::musl,
+            .scheme      = TimeScheme::musl,
             .degree      = 2};
 }
 
 /// Splines of this degree that fit the particles, the stress' of another.
-MethodSpec spline_fit(Basis basis, double stress_degree, double removed_knots, double removed_stress_knots, Scheme scheme)
+MethodSpec spline_fit(Basis basis, double stress_degree, double removed_knots, double removed_stress_knots, TimeScheme scheme)
 {
     return {.basis                = basis,
             .projection           = Projection::spline_fit,
@@ -391,16 +396,16 @@ const std::vector<Preset>& presets()
         {"imls-mpm", "mpm with improved MLS velocity (Tran et al. 2019, Table 1)", {.projection = Projection::imls}},
         {"mls-bsmpm",
          "quadratic splines with MLS velocity (Tran et al. 2019, Table 1)",
-         {.basis = Basis::bspline2, .projection = Projection::mls, .scheme = Scheme::musl}},
+         {.basis = Basis::bspline2, .projection = Projection::mls, .scheme = TimeScheme::musl}},
         {"wls",
          "ugimp with weighted least squares (Tran et al. 2019, Table 1)",
          {.domain = Domain::box, .projection = Projection::mls, .weight = Weight::quadratic}},
         {"bsmpm",
          "quadratic splines with a consistent mass matrix (Wobbes et al. 2020)",
-         {.basis = Basis::bspline2, .mass = MassMatrix::consistent, .scheme = Scheme::musl}},
+         {.basis = Basis::bspline2, .mass = MassMatrix::consistent, .scheme = TimeScheme::musl}},
         {"ddmpm",
          "dual domain gradient with a consistent mass matrix (Wobbes et al. 2020)",
-         {.basis = Basis::ddmpm, .mass = MassMatrix::consistent, .scheme = Scheme::musl}},
+         {.basis = Basis::ddmpm, .mass = MassMatrix::consistent, .scheme = TimeScheme::musl}},
         {"tls-mpm", "mpm with Taylor least squares (Wobbes et al. 2020)", tls(Basis::hat)},
         {"tls-ddmpm", "ddmpm with Taylor least squares (Wobbes et al. 2020)", tls(Basis::ddmpm)},
         {"tls-bsmpm", "bsmpm with Taylor least squares (Wobbes et al. 2020)", tls(Basis::bspline2)},
@@ -414,11 +419,11 @@ const std::vector<Preset>& presets()
          "polynomial particle-in-cell, multilinear (Fu et al. 2017)",
          {.basis = Basis::bspline2, .projection = Projection::polynomial, .update = Update::polypic}},
         {"spline3", "third order at large deformation: cubic splines fitted to particles, three stages (docs/high_order.md)",
-         spline_fit(Basis::bspline3, 3, 0, 0, Scheme::rk3)},
+         spline_fit(Basis::bspline3, 3, 0, 0, TimeScheme::rk3)},
         {"spline4", "fourth order: the same with stresses of degree 4 and four stages",
-         spline_fit(Basis::bspline3, 4, 0, 1, Scheme::rk4)},
+         spline_fit(Basis::bspline3, 4, 0, 1, TimeScheme::rk4)},
         {"spline5", "fourth order wherever particles lie: splines of degree 4, stresses of degree 5",
-         spline_fit(Basis::bspline4, 5, 1, 1, Scheme::rk4)},
+         spline_fit(Basis::bspline4, 5, 1, 1, TimeScheme::rk4)},
     };
     return rows;
 }

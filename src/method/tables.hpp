@@ -35,7 +35,7 @@ struct Choice {
     AXIS(MassMatrix)     \
     AXIS(Gradient)       \
     AXIS(Update)         \
-    AXIS(Scheme)         \
+    AXIS(TimeScheme)     \
     AXIS(Start)
 
 /// The choices of an axis, and what the axis decides. Rows are in tables.cpp.
@@ -112,6 +112,8 @@ const std::vector<Rule>& rules();
 
 /// The rule that a combination breaks; null when it is allowed.
 const Rule* broken_rule(const MethodSpec& s);
+/// Throws InputError where it is one.
+void require_allowed(const MethodSpec& s);
 
 /// A named row of the table of methods.
 struct Preset {

@@ -2,7 +2,7 @@
 // the limit, fits that samples do not determine.
 #pragma once
 
-#include "method/explicit.hpp"
+#include "method/state.hpp"
 
 #include <array>
 #include <functional>

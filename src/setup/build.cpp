@@ -1,14 +1,13 @@
 #include "setup/build.hpp"
 
 #include "method/planting.hpp"
-#include "method/spline_scheme.hpp"
 #include "method/tables.hpp"
 #include "setup/conditions.hpp"
 #include "setup/inside.hpp"
 #include "setup/loads.hpp"
 #include "setup/overlap.hpp"
+#include "setup/schemes.hpp"
 #include "setup/seeding.hpp"
-#include "setup/surface.hpp"
 #include "setup/time_step.hpp"
 
 #include <fmt/format.h>
@@ -130,25 +129,6 @@ void set_up_enrichment(const Model<D>& model, Particles<D>& p)
              "both sides; or choose enrichment = \"all\" or a method without (cpdi2)");
 }
 
-/// Projection spline-fit takes bodies that fill a grid between walls, or one built-in shape, which may end inside it.
-template <int D>
-void set_up_splines(const CaseSpec<D>& spec, Model<D>& model, int particles)
-{
-    auto fail = [](std::string_view why) { throw SetupError(Part::method, 0, "projection", why); };
-    if (spec.bodies.size() == 1) model.surface = free_surface(spec.bodies[0].shape, model);
-    double cells = 1;
-    for (int a = 0; a < D; ++a) cells *= model.cells[a];
-    if (model.surface.empty() && cells > particles)
-        fail(fmt::format("fits splines on {} cells to {} particles, and wants two or more a cell along each axis: let the "
-                         "bodies fill the grid, or take one of shape box, ball, ring or cylinder",
-                         cells, particles));
-    try {
-        require_spline_model(model);
-    } catch (const InputError& e) {
-        fail(e.what());
-    }
-}
-
 }  // namespace
 
 void require_grid(const double* size, const double* spacing, int dim)
@@ -188,7 +168,7 @@ Built<D> build(CaseSpec<D> spec, double most_particles)
         if (!spec.tractions.empty()) load_faces(spec.tractions, spec.bodies[n], k, seeded.meshes[n], seeded.first[n], model, p);
     }
     if (has_enrichment(model.method)) set_up_enrichment(model, p);
-    if (is_spline_fit(model.method)) set_up_splines(spec, model, p.count);
+    set_up_scheme(spec, model, p.count);
     require_stable(spec.time, model, p);
     return {std::move(model), std::move(p), spec.time};
 }

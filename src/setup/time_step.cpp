@@ -1,6 +1,6 @@
 #include "setup/time_step.hpp"
 
-#include "method/explicit.hpp"
+#include "method/courant.hpp"
 
 #include <fmt/format.h>
 

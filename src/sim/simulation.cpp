@@ -1,5 +1,6 @@
 #include "sim/simulation.hpp"
 
+#include "setup/schemes.hpp"
 #include "setup/time_step.hpp"
 
 #include <utility>
@@ -15,16 +16,16 @@ constexpr double kRounding = 1e-6;  // of a step
 
 template <int D>
 Simulation<D>::Simulation(setup::Built<D> built, const WatchSpec& watch, Warn warn)
-    : scheme_(std::move(built.model)), state_(scheme_.start(std::move(built.particles))), time_(built.time)
+    : scheme_(make_scheme(std::move(built.model))), state_(scheme_->start(std::move(built.particles))), time_(built.time)
 {
     if (!warn) warn = [](const std::string&) {};
-    watch_.emplace(scheme_.model(), watch, std::move(warn));
+    watch_.emplace(scheme_->model(), watch, std::move(warn));
     watch_->start(state_);
 }
 
 template <int D>
 Simulation<D>::Simulation(Model<D> model, const Start& start, const setup::TimeSpec& time)
-    : scheme_(std::move(model)), state_(start(scheme_)), time_(time)
+    : scheme_(make_scheme(std::move(model))), state_(start(*scheme_)), time_(time)
 {}
 
 template <int D>
@@ -51,7 +52,7 @@ void Simulation<D>::step_towards(double t)
     for (Observer<D>* o : observers_) o->before_step(*this, size);
     try {
         if (watch_ && time_.dt) watch_->before_step(state_, dt);
-        scheme_.step(state_, dt);
+        scheme_->step(state_, dt);
         if (watch_) watch_->after_step(state_);
     } catch (const NumericalError& e) {
         for (Observer<D>* o : observers_) o->failed(*this, e);

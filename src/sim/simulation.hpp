@@ -2,12 +2,13 @@
 // `ordo verify`, `ordo bench` and programs on the library step by it. Knows no files.
 #pragma once
 
-#include "method/explicit.hpp"
+#include "method/scheme.hpp"
 #include "method/watch.hpp"
 #include "setup/spec.hpp"
 #include "sim/observer.hpp"
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,7 +20,7 @@ class Simulation {
   public:
     using Warn  = std::function<void(const std::string&)>;
     using Stop  = std::function<bool()>;
-    using Start = std::function<State<D>(const Explicit<D>& scheme)>;
+    using Start = std::function<State<D>(const Scheme<D>& scheme)>;
 
     /// From setup::build, at rest in the initial configuration or with the velocities of its bodies. `warn` gets what the watch
     /// finds and does not end the run. Throws InputError where there is nothing to watch.
@@ -31,9 +32,9 @@ class Simulation {
     Simulation(const Simulation&)            = delete;  // the watch looks at the model
     Simulation& operator=(const Simulation&) = delete;
 
-    const Model<D>& model() const { return scheme_.model(); }
-    Explicit<D>& scheme() { return scheme_; }
-    const Explicit<D>& scheme() const { return scheme_; }
+    const Model<D>& model() const { return scheme_->model(); }
+    Scheme<D>& scheme() { return *scheme_; }
+    const Scheme<D>& scheme() const { return *scheme_; }
     State<D>& state() { return state_; }
     const State<D>& state() const { return state_; }
     const setup::TimeSpec& time() const { return time_; }
@@ -60,7 +61,7 @@ class Simulation {
     void begin();
     void step_towards(double t);
 
-    Explicit<D> scheme_;
+    std::unique_ptr<Scheme<D>> scheme_;
     State<D> state_;
     setup::TimeSpec time_;
     std::optional<Watch<D>> watch_;

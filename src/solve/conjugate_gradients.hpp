@@ -19,11 +19,11 @@ inline Lanes quotient(const Lanes& a, const Lanes& b)
 template <class S>
 concept ConjugateSystem = requires(S s, const Lanes& factor)
 {
-    s.is_done();        // true where r is small enough
-    s.precondition();   // z = P^-1 r; returns r z
-    s.turn(factor);     // p = z + factor p
-    s.multiply();       // q = A p; returns p q
-    s.advance(factor);  // u += factor p, r -= factor q
+    s.is_done();              // true where r is small enough
+    s.precondition();         // z = P^-1 r; returns r z
+    s.turn(factor);           // p = z + factor p
+    s.multiply();             // q = A p; returns p q
+    s.add_direction(factor);  // u += factor p, r -= factor q
 };
 
 /// Solves A u = b (Hestenes & Stiefel 1952). Returns the iterations, at most `most`; the caller asks whether it is done.
@@ -35,7 +35,7 @@ int conjugate_gradients(S&& system, int most)
     for (; k < most && !system.is_done(); ++k) {
         const Lanes now = system.precondition();
         system.turn(quotient(now, before));
-        system.advance(quotient(now, system.multiply()));
+        system.add_direction(quotient(now, system.multiply()));
         before = now;
     }
     return k;

@@ -16,7 +16,7 @@ std::vector<Parameter> bar_parameters(double young, double speed, double dt, dou
             {"speed", speed, "largest initial velocity, m/s"},
             {"dt", dt, "time step, s", 0},
             {"end", end, "end time, s", 0},
-            {"method.scheme", "musl", "the paper's scheme", 0, 0, choice_names<Scheme>()}};
+            {"method.scheme", "musl", "the paper's scheme", 0, 0, choice_names<TimeScheme>()}};
 }
 
 /// The bar between fixed ends; solution and body force are the caller's.

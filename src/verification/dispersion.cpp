@@ -123,7 +123,7 @@ double amplification(const Request& r, double shift, double courant, long steps)
         for (int a = 0; a < D; ++a) p.v[i][a] = 1e-6 * (2.0 * static_cast<double>(random() >> 11) * 0x1p-53 - 1.0);
     const double first = largest_speed(p);
     Simulation<D> sim(
-        model, [&](const Explicit<D>& scheme) { return scheme.start(std::move(p)); }, steps_of(courant));
+        model, [&](const Scheme<D>& scheme) { return scheme.start(std::move(p)); }, steps_of(courant));
     double largest = 1.0;
     try {
         for (long k = 0; k < steps && largest < 1e3; ++k) {
@@ -147,7 +147,7 @@ void add_energies(const Request& r, double shift, double courant, double wave, d
     set_velocities<D>(
         p, 0, p.count, [&](const Vec<D>& x) { return along_x<D>(1e-6 * std::sin(2 * kPi * x[0] / wave)); }, model.h);
     Simulation<D> sim(
-        model, [&](const Explicit<D>& scheme) { return scheme.start(std::move(p)); }, steps_of(courant));
+        model, [&](const Scheme<D>& scheme) { return scheme.start(std::move(p)); }, steps_of(courant));
     const double first = totals(model, sim.state().particles).total_energy();
     const long steps   = std::lround(periods * period);
     EnergyBalance sum;
@@ -216,7 +216,7 @@ OperatorFigures figures_of(const Request& r, Row& row)
 template <int D>
 double largest_frozen_growth(const Request& r)
 {
-    if (!is_spline_fit(r.method) || D != 1) return kNaN;
+    if (!has_stages_of_runge_kutta(r.method) || D != 1) return kNaN;
     constexpr int most = 32;  // cells: what a dense matrix may cost
     double frozen      = 0.0;
     for (const double at : shifts_of(r)) {
@@ -348,7 +348,7 @@ Study limit_of(const char* method, int n, double limit, bool anywhere)
     for (const char* growth : {"growth_0.1", "growth_0.4"})
         study.bars.push_back(value_at_most(growth, cells, 1 + kGrowthTolerance));
     if (limit >= 1.1) study.bars.push_back(value_at_most("growth_1", cells, 1 + kGrowthTolerance));
-    if (find_preset(method) && is_spline_fit(find_preset(method)->spec))
+    if (find_preset(method) && has_stages_of_runge_kutta(find_preset(method)->spec))
         study.bars.push_back(value_at_most("frozen_growth", cells, 1e-12));
     // TLS of one particle a cell grows as soon as noise has moved the particles.
     const bool is_steady = !(n == 1 && std::string_view(method).starts_with("tls"));

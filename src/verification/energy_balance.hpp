@@ -19,7 +19,8 @@ struct EnergyBalance {
 };
 
 /// Takes a step of the fixed size, without gravity, boundary conditions and forces from outside, and tells where its energy went. With scheme
-/// `usf`, whose forces are those of a stress that the step finds itself, `work` is `motion`.
+/// `usf`, whose forces are those of a stress that the step finds itself, `work` is `motion`. Splines have no nodes that move: all
+/// that the particles gain is `update` and `stress`.
 template <int D>
 EnergyBalance step_with_balance(Simulation<D>& sim);
 

@@ -2,7 +2,7 @@
 
 #include "base/error.hpp"
 #include "method/planting.hpp"
-#include "method/spline_scheme.hpp"
+#include "setup/schemes.hpp"
 
 #include <Eigen/Eigenvalues>
 
@@ -70,16 +70,16 @@ std::vector<Seed<D>> seeds_of(const ParticleLattice& lattice)
 
 template <int D>
 LatticeOperator<D>::LatticeOperator(const ParticleLattice& lattice)
-    : method_(model_of<D>(lattice, rate_law<D>)), cells_(lattice.cells)
+    : scheme_(make_scheme(model_of<D>(lattice, rate_law<D>))), cells_(lattice.cells)
 {
-    const Model<D>& model = method_.model();
+    const Model<D>& model = scheme_->model();
     if (field_groups(model).corner_samples)
         throw InputError("samples corners with domains that are cells: corners have velocities of their own, which the map of "
                          "particles does not hold; use domain parallelepiped");
     if (has_enrichment(model.method))
         throw InputError("enriched corners: a periodic lattice of particles has no interface, and its seam would cut those of "
                          "finite elements; use cpdi2");
-    state_                = method_.start(plant_all(model, seeds_of<D>(lattice)));
+    state_                = scheme_->start(plant_all(model, seeds_of<D>(lattice)));
     const Particles<D>& p = state_.particles;
     particles_            = p.count / static_cast<int>(std::lround(std::pow(cells_, D)));
     of_id_.resize(p.count);
@@ -135,7 +135,7 @@ void LatticeOperator<D>::assemble(double courant)
         at(particle, field) = kTiny;
         if (field.kind == Field::stress) at(particle, {Field::stress, field.b, field.a}) = kTiny;
         state_.dt_prev = courant;
-        method_.step(state_, courant);
+        scheme_->step(state_, courant);
         for (int cell = 0; cell < in_box; ++cell)
             for (int row = 0; row < n; ++row)
                 blocks_[cell * numbers + row * n + column] =
@@ -204,7 +204,7 @@ double LatticeOperator<D>::growth(int intervals) const
     return largest;
 }
 
-std::vector<Complex> frozen_spectrum(const Explicit<1>& method, State<1>& s)
+std::vector<Complex> frozen_spectrum(const SplineScheme<1>& scheme, State<1>& s)
 {
     Particles<1>& p = s.particles;
     const int n     = p.count;
@@ -214,11 +214,10 @@ std::vector<Complex> frozen_spectrum(const Explicit<1>& method, State<1>& s)
             p.v[i][0]        = column == i;
             p.sigma[i](0, 0) = column == n + i;
         }
-        s.spline.is_near = false;
-        method.splines()->evaluate(method.model(), s);
+        scheme.evaluate(s);
         for (int i = 0; i < n; ++i) {
-            map(i, column)     = s.spline.a_at[i][0];
-            map(n + i, column) = s.spline.L_at[i](0, 0);
+            map(i, column)     = scheme.scratch().a_at[i][0];
+            map(n + i, column) = scheme.scratch().L_at[i](0, 0);
         }
     }
     const Eigen::VectorXcd values = map.eigenvalues();
@@ -227,7 +226,7 @@ std::vector<Complex> frozen_spectrum(const Explicit<1>& method, State<1>& s)
 
 double frozen_growth(const ParticleLattice& lattice)
 {
-    const Explicit<1> method(model_of<1>(lattice, rate_law<1>));
+    const SplineScheme<1> method(model_of<1>(lattice, rate_law<1>));
     State<1> s = method.start(plant_all(method.model(), seeds_of<1>(lattice)));
     double r   = 0.0;
     for (const Complex& value : frozen_spectrum(method, s)) r = std::max(r, value.real());

@@ -2,10 +2,12 @@
 // solver's own step, with its spectrum over wave number. Used by the case dispersion and its tests; knows no method by name.
 #pragma once
 
-#include "method/explicit.hpp"
+#include "method/scheme.hpp"
 #include "particles/seeding.hpp"
+#include "spline/scheme.hpp"
 
 #include <complex>
+#include <memory>
 #include <vector>
 
 namespace ordo::verification {
@@ -66,7 +68,7 @@ class LatticeOperator {
     double& at(int particle, const Field& field);
     void rest();
 
-    Explicit<D> method_;
+    std::unique_ptr<Scheme<D>> scheme_;
     State<D> state_;
     int cells_;
     int particles_;                 ///< in a cell
@@ -79,7 +81,7 @@ class LatticeOperator {
 
 /// The eigenvalues of v' = a_h, sigma' = L_h for particles that do not move, in 1/s; of projection spline-fit with density 1. The
 /// particles' fields are lost.
-std::vector<std::complex<double>> frozen_spectrum(const Explicit<1>& method, State<1>& s);
+std::vector<std::complex<double>> frozen_spectrum(const SplineScheme<1>& scheme, State<1>& s);
 
 /// The largest real part of the spectrum of v' = a_h, sigma' = E L_h for a lattice that does not move, in c/h; of projection
 /// spline-fit in 1D.

@@ -3,7 +3,7 @@
 #include "base/error.hpp"
 #include "method/diagnostics.hpp"
 #include "method/planting.hpp"
-#include "method/spline_scheme.hpp"
+#include "spline/scheme.hpp"
 #include "verification/record.hpp"
 
 #include <fmt/format.h>
@@ -36,8 +36,7 @@ Row row_of(const Problem<D>& problem)
     row.dt    = problem.end / static_cast<double>(row.steps);
     if (row.particles == 0) row.failed = "the mesh is too coarse to hold a particle";
     const MethodSpec& method = problem.model.method;
-    if (is_spline_fit(method) && row.cells < least_spline_cells(method))
-        row.failed = "the mesh is too coarse for splines without knots next to the walls";
+    if (row.cells < least_spline_cells(method)) row.failed = "the mesh is too coarse for splines without knots next to the walls";
     return row;
 }
 
@@ -173,7 +172,7 @@ void measure_particles(const Problem<D>& problem, const State<D>& s, Row& row)
 /// Momentum and velocity of the nodes. A node at x has the velocity of the material point that is at x now, at the time
 /// of the velocities.
 template <int D>
-void measure_nodes(const Problem<D>& problem, const Explicit<D>& method, State<D>& s, Row& row)
+void measure_nodes(const Problem<D>& problem, const Scheme<D>& method, State<D>& s, Row& row)
 {
     const ProjectionReport& kept = method.project(s);
     const double size            = momentum_size(s.particles);
@@ -187,7 +186,7 @@ void measure_nodes(const Problem<D>& problem, const Explicit<D>& method, State<D
     Index<D> first = Index<D>::filled(s.lattice.margin), last{};
     for (int a = 0; a < D; ++a) last[a] = first[a] + s.lattice.cells[a] + 1;
     IndexBox<D>{first, last}.for_each([&](const Index<D>& at) {
-        if (!s.tiles.is_active(at) || !(s.nodes[s.lattice.offset(at)][NodeLane::mass] > 0)) return;
+        if (!s.field.tiles.is_active(at) || !(s.field.nodes[s.lattice.offset(at)][NodeLane::mass] > 0)) return;
         Vec<D> x{};
         for (int a = 0; a < D; ++a) x[a] = s.lattice.origin[a] + (at[a] - s.lattice.margin) * s.lattice.h[a];
         const Vec<D> v = sample_grid(s, x).velocity;
@@ -212,7 +211,7 @@ Row measure(const Problem<D>& given)
     Problem<D> problem     = given;
     Particles<D> particles = plant_exactly(problem);
     row.particles          = particles.count;
-    Simulation<D> sim(problem.model, [&](const Explicit<D>& scheme) { return scheme.start_deformed(std::move(particles)); },
+    Simulation<D> sim(problem.model, [&](const Scheme<D>& scheme) { return scheme.start_deformed(std::move(particles)); },
                       {.end = problem.end, .dt = row.dt});
     State<D>& s            = sim.state();
     const double size      = momentum_size(s.particles);
@@ -249,7 +248,7 @@ Row follow(const Problem<D>& given, const std::function<void(const State<D>&)>& 
     Particles<D> particles = plant_all(problem);
     row.particles          = particles.count;
     if (problem.velocity) set_velocities<D>(particles, 0, particles.count, problem.velocity, problem.model.h);
-    Simulation<D> sim(problem.model, [&](const Explicit<D>& scheme) { return scheme.start(std::move(particles)); },
+    Simulation<D> sim(problem.model, [&](const Scheme<D>& scheme) { return scheme.start(std::move(particles)); },
                       {.end = problem.end, .dt = row.dt});
     see(sim.state());
     Recorder<D> recorder(problem, sim.scheme(), row);

@@ -1,7 +1,7 @@
 // Runs a problem that has an exact or a reference solution, and measures its errors in the norms of docs/verification.md.
 #pragma once
 
-#include "method/explicit.hpp"
+#include "method/scheme.hpp"
 #include "particles/cell_seeding.hpp"
 #include "particles/seeding.hpp"
 #include "verification/solution.hpp"

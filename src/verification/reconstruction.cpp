@@ -371,7 +371,7 @@ Row fit_nodes(const Request& r, const Function<D>& u, const std::vector<Seed<D>>
 /// Projection tls at the 2^D Gauss points of cells. The mean of a cell is that of u itself, as in Wobbes et al. (2020), sec.
 /// 2.1; with tls `stress` it is left to least squares.
 template <int D, int degree>
-Row fit_cells(const Request& r, const Function<D>& u, const std::vector<Seed<D>>& seeds)
+Row reconstruct_in_cells(const Request& r, const Function<D>& u, const std::vector<Seed<D>>& seeds)
 {
     using T         = TaylorLeastSquares<D, degree, 1>;
     const double h  = 1.0 / r.cells;
@@ -429,7 +429,7 @@ Row reconstruct(const Request& r)
     case Projection::mass: return project(r, u, seeds);
     case Projection::mls:
     case Projection::imls: return fit_nodes<D, degree>(r, u, seeds);
-    case Projection::tls: return fit_cells<D, degree>(r, u, seeds);
+    case Projection::tls: return reconstruct_in_cells<D, degree>(r, u, seeds);
     case Projection::gradient_enhanced:
     case Projection::affine:
     case Projection::polynomial:

@@ -32,11 +32,11 @@ double momentum_size_of_nodes(const State<D>& s)
     };
     for (int a = 0; a < D; ++a) last[a] = first[a] + s.lattice.cells[a] + s.lattice.basis.degree;
     IndexBox<D>{first, last}.for_each([&](const Index<D>& at) {
-        const Lanes& n = s.nodes[s.lattice.offset(at)];
-        if (s.tiles.is_active(at) && n[NodeLane::mass] > 0) size += size_at(n);
+        const Lanes& n = s.field.nodes[s.lattice.offset(at)];
+        if (s.field.tiles.is_active(at) && n[NodeLane::mass] > 0) size += size_at(n);
     });
     for (const int c : s.particles.enriched)
-        if (const std::ptrdiff_t own = s.particles.corner_node[c]; own >= 0) size += size_at(s.nodes[own]);
+        if (const std::ptrdiff_t own = s.particles.corner_node[c]; own >= 0) size += size_at(s.field.nodes[own]);
     return size;
 }
 
@@ -63,7 +63,7 @@ inline std::string axis_name(int a) { return {static_cast<char>('x' + a)}; }
 template <int D>
 class Recorder : public Observer<D> {
   public:
-    Recorder(const Problem<D>& problem, const Explicit<D>& method, Row& row)
+    Recorder(const Problem<D>& problem, const Scheme<D>& method, Row& row)
         : problem_(problem),
           method_(method),
           row_(row),
@@ -194,7 +194,7 @@ class Recorder : public Observer<D> {
     }
 
     const Problem<D>& problem_;
-    const Explicit<D>& method_;
+    const Scheme<D>& method_;
     Row& row_;
     long stride_;
     bool has_exact_;

@@ -23,9 +23,9 @@ int cells_along(double length, int per_metre) { return std::max(1, static_cast<i
 template <int D>
 void fill_tube(Problem<D>& p, const Tube<D>& tube, int radial, int angular, int layers)
 {
-    p.seeds   = fill_polar(tube, radial, angular, layers);
-    p.corners = polar_cells(tube, radial, angular, layers);
-    if (is_spline_fit(p.model.method)) p.model.surface = tube.round_faces();
+    p.seeds         = fill_polar(tube, radial, angular, layers);
+    p.corners       = polar_cells(tube, radial, angular, layers);
+    p.model.surface = tube.round_faces();
 }
 
 /// A quarter of a ring between symmetry planes; in 3D of a tube between symmetry planes.

@@ -185,9 +185,9 @@ Row vibrate_freely(const Request& r)
     const Values& v = r.values;
     Problem<1> p = on_grid<1>(r, Vec<1>{}, Index<1>{static_cast<int>(std::ceil((1.02 + v.number("amplitude")) * r.cells)) + 1});
     p.model.boundaries.push_back({.axis = 0, .at = 0.0, .type = BoundaryType::symmetry, .value = {}});
-    if (is_spline_fit(p.model.method)) p.model.surface = {[](const Vec<1>& X) { return X[0] - 1; }};
-    p.seeds    = placed_in(Bounds<1>{Vec<1>{}, Vec<1>{1.0}}, p.model, r);
-    p.contains = [](const Vec<1>& X) { return X[0] >= -1e-12 && X[0] <= 1 + 1e-12; };
+    p.model.surface = {[](const Vec<1>& X) { return X[0] - 1; }};
+    p.seeds         = placed_in(Bounds<1>{Vec<1>{}, Vec<1>{1.0}}, p.model, r);
+    p.contains      = [](const Vec<1>& X) { return X[0] >= -1e-12 && X[0] <= 1 + 1e-12; };
     manufacture(p, StandingWave{v.number("amplitude"), 0.5 * kPi, 0.5 * kPi * paper_speed(v), v.number("phase") * kPi});
     return measure(p);
 }

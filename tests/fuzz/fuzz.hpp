@@ -3,7 +3,8 @@
 
 #include "base/error.hpp"
 #include "io/build.hpp"
-#include "method/explicit.hpp"
+#include "method/courant.hpp"
+#include "setup/schemes.hpp"
 
 #include <fmt/format.h>
 #include <sys/mman.h>
@@ -63,10 +64,10 @@ template <int D>
 void start(const io::CaseInput& input, double most_particles = 1000)
 {
     accepts([&] {
-        io::Built<D> built = io::build<D>(input, most_particles);
-        const Explicit<D> method(std::move(built.model));
-        const State<D> s = method.start(std::move(built.particles));
-        const double dt  = input.time.dt ? *input.time.dt : automatic_time_step(method.model(), s.particles, *input.time.cfl);
+        io::Built<D> built                            = io::build<D>(input, most_particles);
+        const std::unique_ptr<const Scheme<D>> scheme = make_scheme(std::move(built.model));
+        const State<D> s                              = scheme->start(std::move(built.particles));
+        const double dt = input.time.dt ? *input.time.dt : automatic_time_step(scheme->model(), s.particles, *input.time.cfl);
         if (!(dt > 0)) fail(fmt::format("the time step is {}", dt));
         for (int i = 0; i < s.particles.count; ++i)
             if (!(s.particles.V0[i] > 0)) fail(fmt::format("particle {} has the volume {}", i, s.particles.V0[i]));

@@ -54,15 +54,15 @@ struct Body {
             s.particles.m[i] *= test::uniform(random, 0.5, 1.5);
             for (int a = 0; a < D; ++a) s.particles.v[i][a] = test::uniform(random, -1, 1);
         }
-        clear(s.nodes.data(), s.tiles);
-        s.tiles.for_each_by_colour([&](const Tile& t) { passes.project(sweep(), t.begin, t.end); });
-        s.halo.add(s.nodes.data(), 0, NodeLane::end);
-        for (Lanes& n : s.nodes)
+        clear(s.field.nodes.data(), s.field.tiles);
+        s.field.tiles.for_each_by_colour([&](const Tile& t) { passes.project(sweep(), t.begin, t.end); });
+        s.field.halo.add(s.field.nodes.data(), 0, NodeLane::end);
+        for (Lanes& n : s.field.nodes)
             for (int a = 0; a < D; ++a) n[first + a] = n[a];
-        s.halo.copy(s.nodes.data());
+        s.field.halo.copy(s.field.nodes.data());
     }
-    Sweep<D> sweep() { return {s.lattice, s.particles.view(), s.nodes.data(), nullptr, 0, 0, 0}; }
-    std::size_t size() const { return s.nodes.size(); }
+    Sweep<D> sweep() { return {s.lattice, s.particles.view(), s.field.nodes.data(), nullptr, 0, 0, 0}; }
+    std::size_t size() const { return s.field.nodes.size(); }
     /// The node inside the period.
     std::size_t image(std::size_t node) const
     {
@@ -77,7 +77,7 @@ struct Body {
             std::vector<double> phi(size());
             test::with_shape<D>(method.model().method, [&](auto shape) {
                 decltype(shape)::type::for_each_node(
-                    s.lattice, s.particles.view(), p, s.nodes.data(),
+                    s.lattice, s.particles.view(), p, s.field.nodes.data(),
                     [&](std::ptrdiff_t node, double w, const Vec<D>&) { phi[image(static_cast<std::size_t>(node))] += w; });
             });
             for (std::size_t i = 0; i < size(); ++i)
@@ -85,10 +85,10 @@ struct Body {
         }
         return M;
     }
-    double mass(std::size_t i) const { return s.nodes[i][NodeLane::mass]; }
+    double mass(std::size_t i) const { return s.field.nodes[i][NodeLane::mass]; }
     bool is_lumped(std::size_t i, double lump_below) const
     {
-        return filled_part(s.lattice, s.nodes.data(), s.lattice.index(static_cast<std::ptrdiff_t>(i))) < lump_below;
+        return filled_part(s.lattice, s.field.nodes.data(), s.lattice.index(static_cast<std::ptrdiff_t>(i))) < lump_below;
     }
 
     /// Component a of the solution with the dense matrix: lumped rows alone, known values on the right, the others by elimination.
@@ -101,7 +101,7 @@ struct Body {
             if (known[i])
                 u[i] = *known[i];
             else if (is_lumped(i, lump_below))
-                u[i] = s.nodes[i][first + a] / mass(i);
+                u[i] = s.field.nodes[i][first + a] / mass(i);
             else
                 rows.push_back(i);
         }
@@ -110,7 +110,7 @@ struct Body {
         for (std::size_t r = 0; r < rows.size(); ++r) {
             const std::size_t i = rows[r];
             for (std::size_t q = 0; q < rows.size(); ++q) A[r][q] = M[i][rows[q]];
-            b[r] = s.nodes[i][first + a];
+            b[r] = s.field.nodes[i][first + a];
             for (std::size_t j = 0; j < size(); ++j) {
                 if (M[i][j] == 0) continue;
                 if (is_lumped(j, lump_below))
@@ -128,21 +128,21 @@ struct Body {
     {
         const MassSolver<D> solver(passes, lump_below, false);
         fill_known();
-        solver.solve(s, sweep(), s.nodes.data(), s.known.data(), MassSolver<D>::kAcceleration);
+        solver.solve(s, sweep(), s.field.nodes.data(), s.field.known.data(), MassSolver<D>::kAcceleration);
         return solver.iterations();
     }
     void fill_known()
     {
-        s.constraints.for_each_velocity(method.model().boundaries, 0.0, [&](std::ptrdiff_t node, int a, bool, double v) {
-            s.known[static_cast<std::size_t>(node)][first + a] = v;
+        s.field.constraints.for_each_velocity(method.model().boundaries, 0.0, [&](std::ptrdiff_t node, int a, bool, double v) {
+            s.field.known[static_cast<std::size_t>(node)][first + a] = v;
         });
     }
     std::vector<std::optional<double>> known(int a)
     {
         std::vector<std::optional<double>> r(size());
         fill_known();
-        s.constraints.for_each([&](std::ptrdiff_t node, int component, bool) {
-            if (component == a) r[static_cast<std::size_t>(node)] = s.known[static_cast<std::size_t>(node)][first + a];
+        s.field.constraints.for_each([&](std::ptrdiff_t node, int component, bool) {
+            if (component == a) r[static_cast<std::size_t>(node)] = s.field.known[static_cast<std::size_t>(node)][first + a];
         });
         return r;
     }
@@ -165,12 +165,12 @@ void check_product(const MethodSpec& spec)
     Array<Lanes> from(b.size());
     for (Lanes& n : from)
         for (int k = 0; k < NodeLane::end; ++k) n[k] = test::uniform(random, -1, 1);
-    clear(b.s.nodes.data(), b.s.tiles);
-    b.s.tiles.for_each_by_colour([&](const Tile& t) { b.passes.apply_mass(b.sweep(), from.data(), t.begin, t.end); });
+    clear(b.s.field.nodes.data(), b.s.field.tiles);
+    b.s.field.tiles.for_each_by_colour([&](const Tile& t) { b.passes.apply_mass(b.sweep(), from.data(), t.begin, t.end); });
     for (std::size_t i = 0; i < b.size(); ++i) {
         Lanes sum{};
         for (std::size_t j = 0; j < b.size(); ++j) sum += from[j] * M[i][j];
-        for (int k = 0; k < NodeLane::end; ++k) EXPECT_NEAR(b.s.nodes[i][k], sum[k], 1e-13 * M[i][i] + 1e-14);
+        for (int k = 0; k < NodeLane::end; ++k) EXPECT_NEAR(b.s.field.nodes[i][k], sum[k], 1e-13 * M[i][i] + 1e-14);
     }
 }
 TEST(MassMatrix, ProductEqualsTheDenseOne)
@@ -191,36 +191,36 @@ void check_rows(const Model<D>& model, double low, double high, bool is_of_point
     test::Random random(6);
     for (int i = 0; i < s.particles.count; ++i)  // no longer in the order of cells
         for (int a = 0; a < D; ++a) s.particles.x[i][a] += test::uniform(random, -0.2, 0.2) * model.h[a];
-    clear(s.nodes.data(), s.tiles);
+    clear(s.field.nodes.data(), s.field.tiles);
     if (is_of_points) {
         fit_cells(model, b.passes.cell_fit, s, b.sweep());
         Sweep<D> view = b.sweep();
         view.p        = s.points.view();
         s.points.for_each_by_colour([&](const Tile& t) { b.passes.project_points(view, t.begin, t.end); });
     } else {
-        s.tiles.for_each_by_colour([&](const Tile& t) { b.passes.project(b.sweep(), t.begin, t.end); });
+        s.field.tiles.for_each_by_colour([&](const Tile& t) { b.passes.project(b.sweep(), t.begin, t.end); });
     }
-    s.halo.add(s.nodes.data(), 0, NodeLane::end);
+    s.field.halo.add(s.field.nodes.data(), 0, NodeLane::end);
 
     Array<Lanes> from(b.size()), to(b.size());
     for (Lanes& n : from)
         for (int k = 0; k < NodeLane::end; ++k) n[k] = test::uniform(random, -1, 1);
-    s.halo.copy(from.data());
+    s.field.halo.copy(from.data());
     const MassSolver<D> solver(b.passes, 0.0, is_of_points);
     solver.apply(s, b.sweep(), from.data(), to.data());
 
-    solver.prepare(s, b.sweep(), s.nodes.data());
-    const NodeRows<D>& rows = s.mass.rows;
-    EXPECT_FALSE(s.mass.entries.empty());
-    for (int i = 1; i < rows.end(); ++i) s.mass.p[i] = from[rows.node(i)];
-    solver.multiply(s, b.sweep(), s.mass.p.data(), s.mass.q.data());
+    solver.prepare(s, b.sweep(), s.field.nodes.data());
+    const NodeRows<D>& rows = s.field.mass.rows;
+    EXPECT_FALSE(s.field.mass.entries.empty());
+    for (int i = 1; i < rows.end(); ++i) s.field.mass.p[i] = from[rows.node(i)];
+    solver.multiply(s, b.sweep(), s.field.mass.p.data(), s.field.mass.q.data());
     int count = 0;
     for (std::size_t i = 0; i < b.size(); ++i) {
         if (b.image(i) != i || !(b.mass(i) > 0)) continue;
         const int row = rows.row(static_cast<std::ptrdiff_t>(i));
         ++count;
         ASSERT_GT(row, 0);
-        for (int k = 0; k < NodeLane::end; ++k) EXPECT_NEAR(s.mass.q[row][k], to[i][k], 1e-14 * b.mass(i)) << i;
+        for (int k = 0; k < NodeLane::end; ++k) EXPECT_NEAR(s.field.mass.q[row][k], to[i][k], 1e-14 * b.mass(i)) << i;
     }
     EXPECT_EQ(rows.count(), count);
 }
@@ -262,12 +262,12 @@ TEST(MassMatrix, ThreadsDoNotMatter)
         const int threads = thread_count();
         set_thread_count(1);
         const int iterations = one.solve(0.3);
-        EXPECT_GT(one.s.mass.rows.count(), 2 * kPiece);  // some pieces of each sum
+        EXPECT_GT(one.s.field.mass.rows.count(), 2 * kPiece);  // some pieces of each sum
         for (const int n : {2, 3}) {
             Body<2> other(model, 0.0, 1.0, 2);
             set_thread_count(n);
             EXPECT_EQ(other.solve(0.3), iterations);
-            EXPECT_EQ(std::memcmp(one.s.nodes.data(), other.s.nodes.data(), one.size() * sizeof(Lanes)), 0);
+            EXPECT_EQ(std::memcmp(one.s.field.nodes.data(), other.s.field.nodes.data(), one.size() * sizeof(Lanes)), 0);
         }
         set_thread_count(threads);
     }
@@ -276,7 +276,7 @@ TEST(MassMatrix, ThreadsDoNotMatter)
 /// The matrix is kept within a step. What happens to particles between steps must not find an old one.
 TEST(MassMatrix, ChangedParticlesHaveAnotherMatrix)
 {
-    for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
+    for (const TimeScheme scheme : {TimeScheme::usf, TimeScheme::usl, TimeScheme::musl}) {
         Model<2> model          = consistent_box<2>(8, {.basis = Basis::bspline2, .scheme = scheme});
         model.method.lump_below = 0.0;
         const auto seeds        = test::block(model, 0.0, 1.0, 3);
@@ -289,13 +289,13 @@ TEST(MassMatrix, ChangedParticlesHaveAnotherMatrix)
             s.particles.v[i] = {test::uniform(random, -1, 1), test::uniform(random, -1, 1)};
         }
         method.project(s);
-        Array<Lanes> product(s.nodes.size()), momentum(s.nodes.size());
+        Array<Lanes> product(s.field.nodes.size()), momentum(s.field.nodes.size());
         const Passes<2> passes = choose_passes<2>(method.model().method);
         const Sweep<2> view{s.lattice, s.particles.view(), momentum.data(), nullptr, 0, 0, 0};
-        MassSolver<2>(passes, 0.0, false).apply(s, view, s.nodes.data(), product.data());
-        s.tiles.for_each_by_colour([&](const Tile& t) { passes.project(view, t.begin, t.end); });
-        for (std::size_t i = 0; i < s.nodes.size(); ++i)
-            for (int a = 0; a < 2; ++a) EXPECT_NEAR(product[i][a], momentum[i][a], 1e-11 * s.nodes[i][NodeLane::mass]);
+        MassSolver<2>(passes, 0.0, false).apply(s, view, s.field.nodes.data(), product.data());
+        s.field.tiles.for_each_by_colour([&](const Tile& t) { passes.project(view, t.begin, t.end); });
+        for (std::size_t i = 0; i < s.field.nodes.size(); ++i)
+            for (int a = 0; a < 2; ++a) EXPECT_NEAR(product[i][a], momentum[i][a], 1e-11 * s.field.nodes[i][NodeLane::mass]);
     }
 }
 
@@ -310,7 +310,7 @@ void check_solution(const Model<D>& model, double low, double high)
     for (int a = 0; a < D; ++a) {
         u[a] = b.expected(M, a, lump_below, b.known(a));
         for (std::size_t i = 0; i < b.size(); ++i)
-            if (b.image(i) == i) before[a] += b.s.nodes[i][b.first + a];
+            if (b.image(i) == i) before[a] += b.s.field.nodes[i][b.first + a];
     }
     b.solve(lump_below);
     double size = 0;
@@ -318,9 +318,9 @@ void check_solution(const Model<D>& model, double low, double high)
     for (int a = 0; a < D; ++a) {
         for (std::size_t i = 0; i < b.size(); ++i) {
             if (b.mass(i) > 0) {
-                EXPECT_NEAR(b.s.nodes[i][b.first + a], u[a][b.image(i)], 2e-9);
+                EXPECT_NEAR(b.s.field.nodes[i][b.first + a], u[a][b.image(i)], 2e-9);
             }
-            if (b.image(i) == i) after[a] += b.mass(i) * b.s.nodes[i][b.first + a];
+            if (b.image(i) == i) after[a] += b.mass(i) * b.s.field.nodes[i][b.first + a];
         }
         if (model.boundaries.empty()) {
             EXPECT_NEAR(after[a], before[a], 1e-11 * size);
@@ -398,9 +398,9 @@ TEST(MassMatrix, KnownValuesAreNoAfterthought)
     double difference = 0;
     for (std::size_t i = 0; i < held.size(); ++i) {
         if (known[i]) {
-            EXPECT_EQ(held.s.nodes[i][held.first], *known[i]);
+            EXPECT_EQ(held.s.field.nodes[i][held.first], *known[i]);
         } else {
-            difference = std::max(difference, std::fabs(held.s.nodes[i][held.first] - free.s.nodes[i][free.first]));
+            difference = std::max(difference, std::fabs(held.s.field.nodes[i][held.first] - free.s.field.nodes[i][free.first]));
         }
     }
     EXPECT_GT(difference, 0.01);
@@ -410,7 +410,7 @@ TEST(MassMatrix, KnownValuesAreNoAfterthought)
 TEST(MassMatrix, PrescribedVelocitiesReachTheParticles)
 {
     for (const Basis basis : {Basis::hat, Basis::bspline2, Basis::ddmpm})
-        for (const Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
+        for (const TimeScheme scheme : {TimeScheme::usf, TimeScheme::usl, TimeScheme::musl}) {
             Model<1> model = consistent_box<1>(20, {.basis = basis, .scheme = scheme});
             Boundary<1> wall{.at = 0.0, .type = BoundaryType::velocity, .value = {}};
             wall.value[0]    = Field(0.01);
@@ -431,10 +431,10 @@ TEST(MassMatrix, SingularOnesAreReported)
     model.cells    = {8};
     Body<1> b(model, 0.25, 0.75, 1);
     for (int i = 0; i < b.s.particles.count; ++i) b.s.particles.m[i] *= i % 2;
-    clear(b.s.nodes.data(), b.s.tiles);
+    clear(b.s.field.nodes.data(), b.s.field.tiles);
     b.passes.project(b.sweep(), 0, b.s.particles.count);
     test::Random random(2);
-    for (Lanes& n : b.s.nodes) n[b.first] = n[NodeLane::mass] * test::uniform(random, -1, 1);
+    for (Lanes& n : b.s.field.nodes) n[b.first] = n[NodeLane::mass] * test::uniform(random, -1, 1);
     try {
         b.solve(0.0);
         FAIL() << "a singular matrix was solved";
@@ -452,11 +452,11 @@ TEST(MassMatrix, TailsOfSplinesAreLumped)
             Model<1> model = consistent_box<1>(16, test::shape_spec(basis, Domain::point));
             Body<1> b(model, 0.25, 0.75 + 0.2 / 16, 3);
             for (Stress<1>& sigma : b.s.particles.sigma) sigma(0, 0) = 1.0;
-            for (Lanes& n : b.s.nodes) n[NodeLane::increment] = 0.0;
+            for (Lanes& n : b.s.field.nodes) n[NodeLane::increment] = 0.0;
             b.passes.force(b.sweep(), 0, b.s.particles.count);
             iterations  = b.solve(lump_below);
             double size = 0;
-            for (std::size_t i = 0; i < b.size(); ++i) size = std::max(size, std::fabs(b.s.nodes[i][b.first]));
+            for (std::size_t i = 0; i < b.size(); ++i) size = std::max(size, std::fabs(b.s.field.nodes[i][b.first]));
             return size;
         };
         int with = 0, without = 0;

@@ -55,7 +55,7 @@ TEST(Memory, AHugeGridCostsItsMaterial)
     for (const bool is_periodic : {false, true}) {
         Model<3> model      = test::unit_box<3>(1024, Domain::point);
         model.periodic      = Vec<3, bool>::filled(is_periodic);
-        model.method.scheme = Scheme::musl;  // two arrays of nodes
+        model.method.scheme = TimeScheme::musl;  // two arrays of nodes
         for (int a = 0; a < 3 && !is_periodic; ++a) model.boundaries.push_back(Boundary<3>{.axis = a, .at = 0.0, .value = {}});
         const Explicit<3> method(model);
         Particles<3> p = plant_all(model, test::block(model, 0.0, 16.0 / 1024, 2));
@@ -64,7 +64,7 @@ TEST(Memory, AHugeGridCostsItsMaterial)
         const double dt = 0.3 * courant_time_step(model, s.particles);
         for (int k = 0; k < 5; ++k) method.step(s, dt);
         sort_particles(model, s);
-        EXPECT_GT(s.nodes.size(), std::size_t{1} << 30);
+        EXPECT_GT(s.field.nodes.size(), std::size_t{1} << 30);
         EXPECT_LT(resident(), before + kMost);
     }
 }

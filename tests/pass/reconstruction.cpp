@@ -149,12 +149,13 @@ Vec<D> velocity(const Lanes& node)
 template <int D, class F>
 void for_each_node_with_mass(State<D>& s, F&& f)
 {
-    for (std::size_t n = 0; n < s.nodes.size(); ++n) {
+    for (std::size_t n = 0; n < s.field.nodes.size(); ++n) {
         const auto node = static_cast<std::ptrdiff_t>(n);
         Index<D> image  = s.lattice.index(node);
         for (int a = 0; a < D; ++a)
             if (s.lattice.periodic[a]) image[a] = s.lattice.periodic_image(a, image[a]);
-        if (s.lattice.offset(image) == node && s.nodes[n][NodeLane::mass] > 0) f(s.nodes[n], place_of_node(s.lattice, node));
+        if (s.lattice.offset(image) == node && s.field.nodes[n][NodeLane::mass] > 0)
+            f(s.field.nodes[n], place_of_node(s.lattice, node));
     }
 }
 
@@ -174,7 +175,7 @@ void expect_velocities(State<D>& s, const Velocity& v, double tolerance)
 template <int D>
 Sweep<D> sweep(const Explicit<D>& method, State<D>& s, double dt = 0, double pic = 0)
 {
-    return {s.lattice, s.particles.view(), s.nodes.data(), method.model().materials.data(), dt, pic, 0.0,
+    return {s.lattice, s.particles.view(), s.field.nodes.data(), method.model().materials.data(), dt, pic, 0.0,
             false,     s.gradients.data()};
 }
 
@@ -191,7 +192,7 @@ template <int D>
 std::vector<Mat<D>> gradients(const Explicit<D>& method, State<D>& s)
 {
     const Passes<D> passes = choose_passes<D>(method.model().method);
-    if (passes.gradient_at_center) find_cell_gradients(passes, s, s.nodes.data());
+    if (passes.gradient_at_center) find_cell_gradients(passes, s, s.field.nodes.data());
     for (Mat<D>& F : s.particles.F) F = Mat<D>::identity();
     gather_all(method, s, passes.deform, 1.0);
     std::vector<Mat<D>> L;
@@ -213,7 +214,7 @@ template <int D, class F>
 void visit(const MethodSpec& spec, const State<D>& s, const ParticleView<D>& p, int i, F&& f)
 {
     test::with_shape<D>(spec, [&](auto shape) {
-        decltype(shape)::type::for_each_node(s.lattice, p, i, s.nodes.data(),
+        decltype(shape)::type::for_each_node(s.lattice, p, i, s.field.nodes.data(),
                                              [&](std::ptrdiff_t node, double w, const Vec<D>& dw) {
                                                  const Index<D> at = s.lattice.index(node);
                                                  f(s.lattice.offset(s.lattice.inside_period(at)), w, dw);
@@ -432,7 +433,7 @@ void check_against_plain_fit(MethodSpec spec, bool is_periodic)
     method.project(s);
 
     const Lattice<D>& g = s.lattice;
-    std::vector<Lanes> sums(s.nodes.size());
+    std::vector<Lanes> sums(s.field.nodes.size());
     for (int i = 0; i < s.particles.count; ++i)
         visit<D>(spec, s, s.particles.view(), i, [&](std::ptrdiff_t node, double w, const Vec<D>&) {
             sums[node][NodeLane::mass] += w * s.particles.m[i];
@@ -455,7 +456,7 @@ void check_against_plain_fit(MethodSpec spec, bool is_periodic)
             }
             if (w > 0) M::add(record, d, w, sample.v.c);
         }
-        const std::ptrdiff_t n = &node - s.nodes.data();
+        const std::ptrdiff_t n = &node - s.field.nodes.data();
         Vec<D> v               = velocity<D>(sums[n]) * (1 / sums[n][NodeLane::mass]);
         if (!(M::weight(record) > 0)) {
             ++expected.fallback;
@@ -742,12 +743,12 @@ template <int D, class Velocity>
 void set_nodes(const Explicit<D>& method, State<D>& s, const Velocity& v)
 {
     method.project(s);
-    for (std::size_t n = 0; n < s.nodes.size(); ++n) {
-        const bool has_mass = s.nodes[n][NodeLane::mass] > 0;
+    for (std::size_t n = 0; n < s.field.nodes.size(); ++n) {
+        const bool has_mass = s.field.nodes[n][NodeLane::mass] > 0;
         const Vec<D> at     = v(place_of_node(s.lattice, static_cast<std::ptrdiff_t>(n)));
         for (int a = 0; a < D; ++a) {
-            s.nodes[n][NodeLane::velocity + a]  = has_mass ? at[a] : 1e6;
-            s.nodes[n][NodeLane::increment + a] = 0;
+            s.field.nodes[n][NodeLane::velocity + a]  = has_mass ? at[a] : 1e6;
+            s.field.nodes[n][NodeLane::increment + a] = 0;
         }
     }
 }
@@ -862,7 +863,7 @@ void check_thin_bodies(Basis basis)
         for (int i = 0; i < s.particles.count; ++i) {
             Mat<D> sum{};
             visit<D>(spec, s, s.particles.view(), i,
-                     [&](std::ptrdiff_t node, double, const Vec<D>& dw) { sum += outer(velocity<D>(s.nodes[node]), dw); });
+                     [&](std::ptrdiff_t node, double, const Vec<D>& dw) { sum += outer(velocity<D>(s.field.nodes[node]), dw); });
             EXPECT_LT(largest_entry(L[i] - sum), 1e-12);
         }
     }
@@ -889,7 +890,7 @@ void check_gradients_against_plain_sum(Basis basis, bool is_periodic)
         for (int a = 0; a < D; ++a) v[a] = uniform(random, -1, 1);
         return v;
     });
-    s.halo.copy(s.nodes.data());
+    s.field.halo.copy(s.field.nodes.data());
     const auto L = gradients(method, s);
     Particles<D> point(1, {});
     double error = 0;
@@ -910,8 +911,9 @@ void check_gradients_against_plain_sum(Basis basis, bool is_periodic)
                 point.x[0][a] = s.lattice.periodic[a] ? center - std::floor(center) : center;
             }
             if (!(w > 0)) return;
-            visit<D>(spec, s, point.view(), 0,
-                     [&](std::ptrdiff_t node, double, const Vec<D>& dw) { sum += w * outer(velocity<D>(s.nodes[node]), dw); });
+            visit<D>(spec, s, point.view(), 0, [&](std::ptrdiff_t node, double, const Vec<D>& dw) {
+                sum += w * outer(velocity<D>(s.field.nodes[node]), dw);
+            });
         });
         error = std::max(error, largest_entry(L[i] - sum));
     }
@@ -962,7 +964,7 @@ void check_affine_field(const MethodSpec& spec)
             s.particles.v[i] = {};
             s.particles.L[i] = {};
         }
-        for (Lanes& n : s.nodes)
+        for (Lanes& n : s.field.nodes)
             for (int a = 0; a < D; ++a) n[NodeLane::increment + a] = 0;
         ASSERT_NE(passes.keep, nullptr);
         gather_all(method, s, passes.keep);
@@ -997,9 +999,9 @@ void check_affine_passes(MethodSpec spec)
     Random random(28);
     State<D> s       = start_at_random(method, {0.0, 1.0}, random);
     auto nodes_after = [&](auto pass) {
-        clear(s.nodes.data(), s.tiles);
-        s.tiles.for_each_by_colour([&](const Tile& t) { pass(sweep(method, s), t.begin, t.end); });
-        return std::vector<Lanes>(s.nodes.begin(), s.nodes.end());
+        clear(s.field.nodes.data(), s.field.tiles);
+        s.field.tiles.for_each_by_colour([&](const Tile& t) { pass(sweep(method, s), t.begin, t.end); });
+        return std::vector<Lanes>(s.field.nodes.begin(), s.field.nodes.end());
     };
     const std::vector<Lanes> plain = nodes_after(project_affine<Point<D, Basis>>), fast = nodes_after(passes.project);
     double error = 0, size = 0;
@@ -1090,7 +1092,7 @@ void check_angular_momentum(const MethodSpec& spec)
     for (int a = 0; a < D; ++a) EXPECT_NEAR(r.momentum_after[a], r.momentum_before[a], 1e-14 * r.mass_before);
     EXPECT_GT(largest_entry(nodes), 1e-4 * r.mass_before);
 
-    for (Lanes& n : s.nodes)
+    for (Lanes& n : s.field.nodes)
         for (int a = 0; a < D; ++a) n[NodeLane::increment + a] = 0;
     gather_all(method, s, passes.keep);
     gather_all(method, s, passes.update_velocity, 0, 1);
@@ -1143,10 +1145,10 @@ void check_affine_gradient(Basis basis)
     EXPECT_LT(error, 1e-12);
 
     s = start_at_random(method, {0.0, 1.0}, random);
-    clear(s.nodes.data(), s.tiles);
-    s.tiles.for_each_by_colour([&](const Tile& t) { passes.force(sweep(method, s), t.begin, t.end); });
+    clear(s.field.nodes.data(), s.field.tiles);
+    s.field.tiles.for_each_by_colour([&](const Tile& t) { passes.force(sweep(method, s), t.begin, t.end); });
     double power_of_nodes = 0, power_of_stress = 0, size = 0;
-    for (Lanes& n : s.nodes)
+    for (Lanes& n : s.field.nodes)
         for (int a = 0; a < D; ++a) {
             n[NodeLane::velocity + a] = uniform(random, -1, 1);
             power_of_nodes += n[NodeLane::velocity + a] * n[NodeLane::increment + a];
@@ -1161,7 +1163,7 @@ void check_affine_gradient(Basis basis)
         Mat<D> B{}, inertia{};
         visit<D>(spec, s, s.particles.view(), i, [&](std::ptrdiff_t node, double w, const Vec<D>&) {
             const Vec<D> d = place_of_node(s.lattice, node) - s.particles.x[i];
-            B += w * outer(velocity<D>(s.nodes[node]), d);
+            B += w * outer(velocity<D>(s.field.nodes[node]), d);
             inertia += w * outer(d, d);
         });
         error = std::max(error, largest_entry(L[i] - B * inverse(inertia)));
@@ -1210,13 +1212,13 @@ void check_round_trip(Basis basis, int degree)
         });
         return v;
     });
-    const std::vector<Lanes> nodes(s.nodes.begin(), s.nodes.end());
+    const std::vector<Lanes> nodes(s.field.nodes.begin(), s.field.nodes.end());
     gather_all(method, s, passes.keep);
     gather_all(method, s, passes.update_velocity, 0, 1);
     const ProjectionReport& r = method.project(s);
     double error              = 0;
     for_each_node_with_mass(s, [&](const Lanes& node, const Vec<D>&) {
-        error = std::max(error, norm(velocity<D>(node) - velocity<D>(nodes[&node - s.nodes.data()])));
+        error = std::max(error, norm(velocity<D>(node) - velocity<D>(nodes[&node - s.field.nodes.data()])));
     });
     EXPECT_LT(error, 1e-11);
     for (int a = 0; a < D; ++a) EXPECT_NEAR(r.momentum_after[a], r.momentum_before[a], 1e-14 * r.mass_before);

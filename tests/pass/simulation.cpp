@@ -1,5 +1,6 @@
 // Simulation: which steps it makes, what observers are told and in which order.
 #include "sim/simulation.hpp"
+#include "method/explicit.hpp"
 #include "method/tables.hpp"
 #include "setup/build.hpp"
 

@@ -1,7 +1,7 @@
 // Projection spline-fit: what its fits give back, what it conserves, and what it refuses.
 #include "base/error.hpp"
 #include "method/diagnostics.hpp"
-#include "method/spline_scheme.hpp"
+#include "spline/scheme.hpp"
 #include "support/particles.hpp"
 #include "verification/lattice_operator.hpp"
 
@@ -27,7 +27,7 @@ Model<D> periodic_box(int cells, const MethodSpec& method)
 
 /// Particles all over the box, moved by up to `jitter` of their distance, with random velocities and stresses.
 template <int D>
-State<D> random_particles(const Explicit<D>& method, int per_axis, double jitter, test::Random& random)
+State<D> random_particles(const SplineScheme<D>& method, int per_axis, double jitter, test::Random& random)
 {
     const Model<D>& model = method.model();
     State<D> s            = method.start(plant_all(model, test::block(model, 0.0, 1.0, per_axis)));
@@ -57,18 +57,17 @@ template <int D>
 void check_identity(const Model<D>& model)
 {
     SCOPED_TRACE(std::string(name_of(model.method.basis)) + (model.periodic[0] ? " periodic" : ""));
-    const Explicit<D> method(model);
+    const SplineScheme<D> method(model);
     test::Random random(2);
     State<D> s = random_particles(method, 3, 0.3, random);
-    method.splines()->evaluate(model, s);
+    method.evaluate(s);
     const int n = s.particles.count;
-    std::vector<Vec<D>> first(s.spline.v_at.begin(), s.spline.v_at.begin() + n);
-    EXPECT_GT(largest_difference(s.particles.v, s.spline.v_at, n), 0.1);
+    std::vector<Vec<D>> first(method.scratch().v_at.begin(), method.scratch().v_at.begin() + n);
+    EXPECT_GT(largest_difference(s.particles.v, method.scratch().v_at, n), 0.1);
     for (int i = 0; i < n; ++i) s.particles.v[i] = first[i];
-    s.spline.is_near = false;
-    method.splines()->evaluate(model, s);
+    method.evaluate(s);
     double r = 0;
-    for (int i = 0; i < n; ++i) r = std::max(r, norm(first[i] - s.spline.v_at[i]));
+    for (int i = 0; i < n; ++i) r = std::max(r, norm(first[i] - method.scratch().v_at[i]));
     EXPECT_LT(r, 1e-12);
 }
 TEST(SplineFit, GivesBackASpline)
@@ -89,7 +88,7 @@ template <int D>
 void check_polynomials(const MethodSpec& spec)
 {
     const Model<D> model = test::walled_box<D>(D == 3 ? 5 : 8, spec);
-    const Explicit<D> method(model);
+    const SplineScheme<D> method(model);
     test::Random random(7);
     State<D> s      = random_particles(method, 3, 0.3, random);
     Particles<D>& p = s.particles;
@@ -101,14 +100,14 @@ void check_polynomials(const MethodSpec& spec)
     };
     for (int i = 0; i < p.count; ++i)
         for (int a = 0; a < D; ++a) p.v[i][a] = velocity(p.x[i], a);
-    method.splines()->evaluate(model, s);
+    method.evaluate(s);
     for (int i = 0; i < p.count; ++i)
         for (int a = 0; a < D; ++a) {
-            EXPECT_NEAR(s.spline.v_at[i][a], p.v[i][a], 1e-11);
+            EXPECT_NEAR(method.scratch().v_at[i][a], p.v[i][a], 1e-11);
             for (int b = 0; b < D; ++b) {
                 Vec<D> d{};
                 d[b] = 1e-5;
-                EXPECT_NEAR(s.spline.L_at[i](a, b), (velocity(p.x[i] + d, a) - velocity(p.x[i] - d, a)) / 2e-5, 1e-8);
+                EXPECT_NEAR(method.scratch().L_at[i](a, b), (velocity(p.x[i] + d, a) - velocity(p.x[i] - d, a)) / 2e-5, 1e-8);
             }
         }
 }
@@ -126,7 +125,7 @@ double largest_real_part(const Model<1>& given, int per_axis, double jitter, dou
 {
     Model<1> model  = given;
     model.materials = {{find_law("linear-rate-1d"), 1.0, 0.0, 0.5}};
-    const Explicit<1> method(model);
+    const SplineScheme<1> method(model);
     test::Random random(4);
     State<1> s      = method.start(plant_all(model, test::block(model, 0.0, length, per_axis)));
     Particles<1>& p = s.particles;
@@ -168,7 +167,7 @@ Model<D> free_ball(int cells, const MethodSpec& method)
     return model;
 }
 template <int D>
-State<D> start_ball(const Explicit<D>& method)
+State<D> start_ball(const SplineScheme<D>& method)
 {
     const Ball<D> ball{Vec<D>::filled(0.5), 0.37};
     const Model<D>& model = method.model();
@@ -179,27 +178,27 @@ State<D> start_ball(const Explicit<D>& method)
 template <int D>
 void check_free_polynomials(const MethodSpec& spec)
 {
-    const Explicit<D> method(free_ball<D>(D == 1 ? 16 : D == 2 ? 12 : 8, spec));
+    const SplineScheme<D> method(free_ball<D>(D == 1 ? 16 : D == 2 ? 12 : 8, spec));
     State<D> s      = start_ball<D>(method);
     Particles<D>& p = s.particles;
     auto velocity   = [](const Vec<D>& x, int a) { return (x[a] - 0.2) * (x[D - 1] - 0.7) * (1 + x[0]); };
     for (int i = 0; i < p.count; ++i)
         for (int a = 0; a < D; ++a) p.v[i][a] = velocity(p.x[i], a);
-    method.splines()->evaluate(method.model(), s);
+    method.evaluate(s);
     for (int i = 0; i < p.count; ++i)
         for (int a = 0; a < D; ++a) {
-            EXPECT_NEAR(s.spline.v_at[i][a], p.v[i][a], 1e-10);
+            EXPECT_NEAR(method.scratch().v_at[i][a], p.v[i][a], 1e-10);
             for (int b = 0; b < D; ++b) {
                 Vec<D> d{};
                 d[b] = 1e-5;
-                EXPECT_NEAR(s.spline.L_at[i](a, b), (velocity(p.x[i] + d, a) - velocity(p.x[i] - d, a)) / 2e-5, 1e-7);
+                EXPECT_NEAR(method.scratch().L_at[i](a, b), (velocity(p.x[i] + d, a) - velocity(p.x[i] - d, a)) / 2e-5, 1e-7);
             }
         }
     // Where the body is, by its quadrature.
-    const CutPoints& cut = s.spline.body.points;
+    const CutPoints& cut = method.scratch().body.points;
     double volume = 0.0, cell = 1.0;
     for (int a = 0; a < D; ++a) cell *= method.model().h[a];
-    for (const Cover cover : s.spline.body.cover) volume += cover == Cover::all ? cell : 0.0;
+    for (const Cover cover : method.scratch().body.cover) volume += cover == Cover::all ? cell : 0.0;
     for (const double weight : cut.weights) volume += weight;
     const double exact = D == 1 ? 0.74 : D == 2 ? kPi * 0.37 * 0.37 : 4 * kPi / 3 * 0.37 * 0.37 * 0.37;
     EXPECT_NEAR(volume, exact, 1e-6 * exact);
@@ -218,17 +217,16 @@ TEST(FreeSurface, FindsPolynomialsAndTheirGradients)
 /// Without stress nothing accelerates but what is left of a velocity's jumps at the surface.
 TEST(FreeSurface, JumpsOfVelocityDecay)
 {
-    const Explicit<2> method(free_ball<2>(12, find_preset("spline4")->spec));
+    const SplineScheme<2> method(free_ball<2>(12, find_preset("spline4")->spec));
     State<2> s       = start_ball<2>(method);
     Particles<2>& p  = s.particles;
     const auto power = [&](auto&& velocity) {  // and the largest acceleration
         for (int i = 0; i < p.count; ++i) p.v[i] = velocity(p.x[i]);
-        s.spline.is_near = false;
-        method.splines()->evaluate(method.model(), s);
+        method.evaluate(s);
         std::pair<double, double> r{};
         for (int i = 0; i < p.count; ++i) {
-            r.first += p.m[i] * dot(s.spline.v_at[i], s.spline.a_at[i]);
-            r.second = std::max(r.second, norm(s.spline.a_at[i]));
+            r.first += p.m[i] * dot(method.scratch().v_at[i], method.scratch().a_at[i]);
+            r.second = std::max(r.second, norm(method.scratch().a_at[i]));
         }
         return r;
     };
@@ -277,11 +275,11 @@ TEST(SplineFit, TooFewParticlesAreNamedWithTheirPlace)
 {
     const MethodSpec spec = find_preset("spline4")->spec;
     {
-        const Explicit<1> method(test::walled_box<1>(16, spec));
+        const SplineScheme<1> method(test::walled_box<1>(16, spec));
         State<1> s = method.start(plant_all(method.model(), test::block(method.model(), 0.0, 1.0, 1)));
         EXPECT_NE(message_of([&] { method.step(s, 1e-3); }).find("has too few particles"), std::string::npos);
     }
-    const Explicit<2> method(test::walled_box<2>(8, spec));
+    const SplineScheme<2> method(test::walled_box<2>(8, spec));
     std::vector<Seed<2>> seeds = test::block(method.model(), 0.0, 1.0, 2);
     std::erase_if(seeds, [](const Seed<2>& seed) { return norm(seed.x - Vec<2>{0.75, 0.25}) < 0.26; });
     State<2> s                = method.start(plant_all(method.model(), seeds));
@@ -292,7 +290,7 @@ TEST(SplineFit, TooFewParticlesAreNamedWithTheirPlace)
 
 TEST(SplineFit, NegativeDensityIsNamedWithItsPlace)
 {
-    const Explicit<1> method(test::walled_box<1>(16, find_preset("spline3")->spec));
+    const SplineScheme<1> method(test::walled_box<1>(16, find_preset("spline3")->spec));
     State<1> s = method.start(plant_all(method.model(), test::block(method.model(), 0.0, 1.0, 2)));
     for (int i = 0; i < s.particles.count; ++i)
         if (std::fabs(s.particles.x[i][0] - 0.4) < 0.02) s.particles.m[i] *= 60;
@@ -303,7 +301,7 @@ TEST(SplineFit, NegativeDensityIsNamedWithItsPlace)
 TEST(SplineFit, ModelsThatItCannotHoldAreRefused)
 {
     const MethodSpec spec = find_preset("spline4")->spec;
-    auto refusal          = [](const Model<2>& model) { return message_of([&] { const Explicit<2> method(model); }); };
+    auto refusal          = [](const Model<2>& model) { return message_of([&] { const SplineScheme<2> method(model); }); };
     EXPECT_NE(refusal(test::unit_box<2>(8, spec)).find("input: projection spline-fit wants a wall on every face"),
               std::string::npos);
     Model<2> model = test::walled_box<2>(8, spec);
@@ -325,15 +323,14 @@ TEST(SplineFit, ModelsThatItCannotHoldAreRefused)
 TEST(SplineFit, VelocitiesThatNoSplineHoldsDecay)
 {
     for (const std::string& preset : spline_presets()) {
-        const Explicit<1> method(test::walled_box<1>(32, find_preset(preset)->spec));
+        const SplineScheme<1> method(test::walled_box<1>(32, find_preset(preset)->spec));
         State<1> s = method.start(plant_all(method.model(), test::block(method.model(), 0.0, 1.0, 2)));
         for (int i = 0; i < s.particles.count; ++i) s.particles.v[i][0] = i % 2 ? 1e-6 : -1e-6;
         auto rest = [&] {
-            s.spline.is_near = false;
-            method.splines()->evaluate(method.model(), s);
+            method.evaluate(s);
             double squares = 0;
             for (int i = 0; i < s.particles.count; ++i)
-                squares += dot(s.particles.v[i] - s.spline.v_at[i], s.particles.v[i] - s.spline.v_at[i]);
+                squares += dot(s.particles.v[i] - method.scratch().v_at[i], s.particles.v[i] - method.scratch().v_at[i]);
             return std::sqrt(squares);
         };
         const double before = rest(), dt = 0.3 / 32 / method.model().materials[0].wave_speed();
@@ -346,16 +343,16 @@ TEST(SplineFit, VelocitiesThatNoSplineHoldsDecay)
 TEST(SplineFit, DeformationFollowsTheGradient)
 {
     for (const std::string& preset : spline_presets()) {
-        const Explicit<2> method(test::walled_box<2>(8, find_preset(preset)->spec));
+        const SplineScheme<2> method(test::walled_box<2>(8, find_preset(preset)->spec));
         test::Random random(5);
         State<2> s      = random_particles(method, 3, 0.3, random);
         Particles<2>& p = s.particles;
         for (int i = 0; i < p.count; ++i)
             for (auto& row : p.F[i].c)
                 for (double& of : row) of += test::uniform(random, -0.2, 0.2);
-        method.splines()->evaluate(method.model(), s);
+        method.evaluate(s);
         const std::vector<Mat<2>> F(p.F.begin(), p.F.begin() + p.count),
-            L(s.spline.L_at.begin(), s.spline.L_at.begin() + p.count);
+            L(method.scratch().L_at.begin(), method.scratch().L_at.begin() + p.count);
         constexpr double dt = 1e-9;
         method.step(s, dt);
         for (int i = 0; i < p.count; ++i)
@@ -368,7 +365,7 @@ TEST(SplineFit, DeformationFollowsTheGradient)
 TEST(SplineFit, EnergyIsKept)
 {
     for (const std::string& preset : spline_presets()) {
-        const Explicit<1> method(test::walled_box<1>(32, find_preset(preset)->spec));
+        const SplineScheme<1> method(test::walled_box<1>(32, find_preset(preset)->spec));
         State<1> s = method.start(plant_all(method.model(), test::block(method.model(), 0.0, 1.0, 2)));
         set_velocities(
             s.particles, 0, s.particles.count, [](const Vec<1>& x) { return Vec<1>{0.1 * std::sin(kPi * x[0])}; },

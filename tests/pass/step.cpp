@@ -20,7 +20,7 @@ struct LiteralBar {
     int cells;
     std::vector<double> x, v, F, sigma, V0;
 
-    void step(double dt, double dt_prev, Scheme scheme)
+    void step(double dt, double dt_prev, TimeScheme scheme)
     {
         const std::size_t n = static_cast<std::size_t>(cells) + 1;
         std::vector<double> m(n), p(n), f(n), a(n), vi(n), vs(n);
@@ -46,12 +46,12 @@ struct LiteralBar {
             for (std::size_t q = 0; q < x.size(); ++q) {
                 double L = 0;
                 for (std::size_t i = 0; i < n; ++i) L += w[i] * dN(i, x[q]);
-                F[q] *= scheme == Scheme::usf ? 1 / (1 - dt_stress * L) : 1 + dt_stress * L;  // USF: x is the end of the step
+                F[q] *= scheme == TimeScheme::usf ? 1 / (1 - dt_stress * L) : 1 + dt_stress * L;  // USF: x is the end of the step
                 sigma[q] = (lambda * std::log(F[q]) + mu * (F[q] * F[q] - 1)) / F[q];
             }
         };
         project(vi);
-        if (scheme == Scheme::usf) stress(vi, dt_prev);  // the velocities of the step that led here
+        if (scheme == TimeScheme::usf) stress(vi, dt_prev);  // the velocities of the step that led here
         for (std::size_t i = 0; i < n; ++i) {
             f[i] = 0;
             for (std::size_t q = 0; q < x.size(); ++q) f[i] -= F[q] * V0[q] * sigma[q] * dN(i, x[q]);
@@ -61,11 +61,11 @@ struct LiteralBar {
         a.front() = a.back() = vi.front() = vi.back() = 0;
         for (std::size_t q = 0; q < x.size(); ++q)
             for (std::size_t i = 0; i < n; ++i) v[q] += dt_kick * N(i, x[q]) * a[i];
-        if (scheme == Scheme::musl) {
+        if (scheme == TimeScheme::musl) {
             project(vs);
             stress(vs, dt);
         }
-        if (scheme == Scheme::usl) stress(vi, dt);
+        if (scheme == TimeScheme::usl) stress(vi, dt);
         std::vector<double> dx(x.size());
         for (std::size_t q = 0; q < x.size(); ++q)
             for (std::size_t i = 0; i < n; ++i) dx[q] += dt * N(i, x[q]) * vi[i];
@@ -73,7 +73,7 @@ struct LiteralBar {
     }
 };
 
-void check_against_literal(Scheme scheme, Start start)
+void check_against_literal(TimeScheme scheme, Start start)
 {
     Model<1> model      = test::unit_box<1>(16, Domain::point);
     model.method.scheme = scheme;
@@ -112,7 +112,7 @@ void check_against_literal(Scheme scheme, Start start)
 
 TEST(Step, SchemesEqualTheLiteralBar)
 {
-    for (Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl})
+    for (TimeScheme scheme : {TimeScheme::usf, TimeScheme::usl, TimeScheme::musl})
         for (Start start : {Start::leapfrog, Start::plain}) check_against_literal(scheme, start);
 }
 
@@ -237,7 +237,7 @@ TEST(Step, DomainsReachOverTheSeam)
 /// A wall that moves at constant speed drags the bar's end along: the node there has the wall's velocity.
 TEST(Step, PrescribedVelocityPullsABar)
 {
-    for (Scheme scheme : {Scheme::usf, Scheme::usl, Scheme::musl}) {
+    for (TimeScheme scheme : {TimeScheme::usf, TimeScheme::usl, TimeScheme::musl}) {
         Model<1> model      = test::unit_box<1>(20, Domain::parallelepiped);
         model.method.scheme = scheme;
         Boundary<1> pull{.at = 0.25, .type = BoundaryType::velocity, .value = {Field(-0.05)}};
@@ -272,7 +272,7 @@ TEST(Step, ReachFollowsDomainsOfRestingParticles)
     EXPECT_EQ(s.particles.x[0][0], 0.5);
     EXPECT_NEAR(s.reach, s.particles.edges[0](0, 0) / model.h[0], 1e-12);
     EXPECT_GT(s.reach, 4);
-    EXPECT_LE(s.reach, s.tiles.halo() + 1);
+    EXPECT_LE(s.reach, s.field.tiles.halo() + 1);
 }
 
 TEST(Step, DomainsTooWideFromTheStartAreRefused)
@@ -463,15 +463,15 @@ std::vector<Vec<D>> run_across_blocks(const MethodSpec& spec, double speed, bool
     const double dt = 0.1 * courant_time_step(model, s.particles);
     for (int i = 0; i < s.particles.count; ++i) s.particles.v[i] = Vec<D>::filled(speed * model.h[0] / dt);
     auto poison = [&](Array<Lanes>& records) {
-        const std::size_t size = s.nodes.empty() ? 0 : records.size() / s.nodes.size();
+        const std::size_t size = s.field.nodes.empty() ? 0 : records.size() / s.field.nodes.size();
         for (std::size_t n = 0; n < s.lattice.node_count() && size > 0; ++n)
-            if (!s.tiles.is_active(s.lattice.index(static_cast<std::ptrdiff_t>(n))))
+            if (!s.field.tiles.is_active(s.lattice.index(static_cast<std::ptrdiff_t>(n))))
                 std::fill_n(&records[n * size], size, Lanes(std::numeric_limits<double>::quiet_NaN()));
     };
     for (int k = 0; k < 80; ++k) {
         if (is_poisoned)
-            for (Array<Lanes>* records : {&s.nodes, &s.strain_nodes, &s.known, &s.velocity_records, &s.cell_records,
-                                          &s.cell_contents, &s.gradients, &s.particle_nodes})
+            for (Array<Lanes>* records : {&s.field.nodes, &s.field.strain_nodes, &s.field.known, &s.velocity_records,
+                                          &s.cell_records, &s.cell_contents, &s.gradients, &s.particle_nodes})
                 poison(*records);
         method.step(s, dt);
     }
@@ -486,8 +486,8 @@ template <int D>
 void check_inactive_nodes()
 {
     for (const Preset& preset : presets())
-        for (const double speed : {0.07, -0.07}) {     // cells a step
-            if (is_spline_fit(preset.spec)) continue;  // whose bodies fill the grid
+        for (const double speed : {0.07, -0.07}) {       // cells a step
+            if (needs_full_grid(preset.spec)) continue;  // whose bodies fill the grid
             SCOPED_TRACE(preset.name);
             std::vector<Vec<D>> clean, poisoned;
             try {

@@ -81,12 +81,12 @@ struct Loaded {
         for (int i = 0; i < s.particles.count; ++i) s.particles.sigma[i] = {};
         evaluate_loads(model.loads, model.tractions, s.lattice, s.particles.view(), 0.0);
         const Passes<D> passes = choose_passes<D>(spec);
-        const Sweep<D> view{s.lattice, s.particles.view(), s.nodes.data(), model.materials.data(), 0, 0, 0};
+        const Sweep<D> view{s.lattice, s.particles.view(), s.field.nodes.data(), model.materials.data(), 0, 0, 0};
         for (const auto pass : {passes.project, passes.force})
-            s.tiles.for_each_by_colour([&](const Tile& t) { pass(view, t.begin, t.end); });
-        for (std::size_t n = 0; n < s.nodes.size(); ++n) {
+            s.field.tiles.for_each_by_colour([&](const Tile& t) { pass(view, t.begin, t.end); });
+        for (std::size_t n = 0; n < s.field.nodes.size(); ++n) {
             Vec<D> f{};
-            for (int a = 0; a < D; ++a) f[a] = s.nodes[n][NodeLane::increment + a];
+            for (int a = 0; a < D; ++a) f[a] = s.field.nodes[n][NodeLane::increment + a];
             force += f;
             moment += outer(f, test::place_of_node(s, n));
         }
@@ -128,10 +128,10 @@ TEST(Tractions, CornerDomainsTakeThemAtTheFace)
 {
     for (const Domain domain : {Domain::parallelepiped, Domain::cell}) {
         const Loaded<2> b({.domain = domain}, TractionType::dead, {1.0, 0.0}, Mat<2>::identity());
-        for (std::size_t n = 0; n < b.s.nodes.size(); ++n) {
+        for (std::size_t n = 0; n < b.s.field.nodes.size(); ++n) {
             const Index<2> at = b.s.lattice.index(static_cast<std::ptrdiff_t>(n));
             if (std::fabs(b.s.lattice.node_position(0, at[0]) - 0.6) > b.s.lattice.h[0] + 1e-12) {
-                EXPECT_NEAR(b.s.nodes[n][NodeLane::increment], 0, 1e-15);
+                EXPECT_NEAR(b.s.field.nodes[n][NodeLane::increment], 0, 1e-15);
             }
         }
     }

@@ -19,7 +19,8 @@ using test::Random;
 template <int D, class F>
 void visit(const MethodSpec& spec, const State<D>& s, const ParticleView<D>& p, int i, F&& f)
 {
-    test::with_shape<D>(spec, [&](auto shape) { decltype(shape)::type::for_each_node(s.lattice, p, i, s.nodes.data(), f); });
+    test::with_shape<D>(spec,
+                        [&](auto shape) { decltype(shape)::type::for_each_node(s.lattice, p, i, s.field.nodes.data(), f); });
 }
 
 template <int D>
@@ -40,17 +41,17 @@ struct Fixture {
     }
     Sweep<D> sweep(double dt = 0)
     {
-        return {s.lattice, s.particles.view(), s.nodes.data(), method.model().materials.data(), dt, 0.0, 0.0};
+        return {s.lattice, s.particles.view(), s.field.nodes.data(), method.model().materials.data(), dt, 0.0, 0.0};
     }
     void scatter_all(typename Passes<D>::Scatter pass)
     {
-        clear(s.nodes.data(), s.tiles);
+        clear(s.field.nodes.data(), s.field.tiles);
         scatter_more(pass);
     }
     void scatter_more(typename Passes<D>::Scatter pass)
     {
         const Sweep<D> view = sweep();
-        s.tiles.for_each_by_colour([&](const Tile& t) { pass(view, t.begin, t.end); });
+        s.field.tiles.for_each_by_colour([&](const Tile& t) { pass(view, t.begin, t.end); });
     }
 };
 
@@ -61,7 +62,7 @@ void check_scatter(const MethodSpec& spec, double deformation)
     f.scatter_all(f.passes.project);
     f.scatter_more(f.passes.force);
     const ParticleView<D> p = f.s.particles.view();
-    Array<Lanes> naive(f.s.nodes.size());
+    Array<Lanes> naive(f.s.field.nodes.size());
     for (int i = 0; i < p.count; ++i)
         visit<D>(spec, f.s, p, i, [&](std::ptrdiff_t node, double w, const Vec<D>& dw) {
             const Vec<D> force = -p.V[i] * (in_plane(p.sigma[i]) * dw);
@@ -74,8 +75,8 @@ void check_scatter(const MethodSpec& spec, double deformation)
         });
     double mass = 0, expected_mass = 0;
     for (std::size_t n = 0; n < naive.size(); ++n) {
-        for (int k = 0; k < NodeLane::end; ++k) ASSERT_NEAR(f.s.nodes[n][k], naive[n][k], 1e-10) << "lane " << k;
-        mass += f.s.nodes[n][NodeLane::mass];
+        for (int k = 0; k < NodeLane::end; ++k) ASSERT_NEAR(f.s.field.nodes[n][k], naive[n][k], 1e-10) << "lane " << k;
+        mass += f.s.field.nodes[n][NodeLane::mass];
     }
     for (int i = 0; i < p.count; ++i) expected_mass += p.m[i];
     EXPECT_NEAR(mass, expected_mass, 1e-12 * expected_mass);
@@ -108,14 +109,15 @@ TEST(Scatter, WideDomains)
         ASSERT_GT(f.s.reach, 2.0);
         EXPECT_FALSE(is_sorted_enough(f.s));
         sort_particles(f.method.model(), f.s);
-        EXPECT_GE(f.s.tiles.halo(), f.s.reach);
+        EXPECT_GE(f.s.field.tiles.halo(), f.s.reach);
         f.scatter_all(f.passes.project);
         const ParticleView<2> p = f.s.particles.view();
-        Array<Lanes> naive(f.s.nodes.size());
+        Array<Lanes> naive(f.s.field.nodes.size());
         for (int i = 0; i < p.count; ++i)
             visit<2>(spec, f.s, p, i,
                      [&](std::ptrdiff_t node, double w, const Vec<2>&) { naive[node][NodeLane::mass] += w * p.m[i]; });
-        for (std::size_t n = 0; n < naive.size(); ++n) ASSERT_NEAR(f.s.nodes[n][NodeLane::mass], naive[n][NodeLane::mass], 1e-12);
+        for (std::size_t n = 0; n < naive.size(); ++n)
+            ASSERT_NEAR(f.s.field.nodes[n][NodeLane::mass], naive[n][NodeLane::mass], 1e-12);
     }
 }
 
@@ -125,11 +127,11 @@ TEST(Scatter, SeparatePassesEqualTheFusedOne)
         Fixture<2> f(spec);
         if (!f.passes.project_and_force) return;
         f.scatter_all(f.passes.project_and_force);
-        std::vector<Lanes> fused(f.s.nodes.begin(), f.s.nodes.end());
+        std::vector<Lanes> fused(f.s.field.nodes.begin(), f.s.field.nodes.end());
         f.scatter_all(f.passes.project);
         f.scatter_more(f.passes.force);
         for (std::size_t n = 0; n < fused.size(); ++n)
-            for (int k = 0; k < NodeLane::end; ++k) ASSERT_NEAR(f.s.nodes[n][k], fused[n][k], 1e-11);
+            for (int k = 0; k < NodeLane::end; ++k) ASSERT_NEAR(f.s.field.nodes[n][k], fused[n][k], 1e-11);
     });
 }
 
@@ -141,7 +143,7 @@ TEST(Scatter, ForcesSumToZero)
         f.scatter_more(f.passes.force);
         Vec<3> sum{};
         double size = 0;
-        for (const Lanes& n : f.s.nodes)
+        for (const Lanes& n : f.s.field.nodes)
             for (int a = 0; a < 3; ++a) {
                 sum[a] += n[NodeLane::increment + a];
                 size += std::fabs(n[NodeLane::increment + a]);
@@ -154,7 +156,7 @@ template <int D>
 void check_gather(const MethodSpec& spec)
 {
     Fixture<D> f(spec);
-    for (Lanes& n : f.s.nodes) {
+    for (Lanes& n : f.s.field.nodes) {
         for (int k = 0; k < NodeLane::end; ++k) n[k] = test::uniform(f.random, -1, 1);
         n[NodeLane::mass] += 1.5;
     }
@@ -168,8 +170,8 @@ void check_gather(const MethodSpec& spec)
         visit<D>(spec, f.s, p, i, [&](std::ptrdiff_t node, double w, const Vec<D>& dw) {
             Vec<D> nv{}, ndv{};
             for (int a = 0; a < D; ++a) {
-                nv[a]  = f.s.nodes[node][NodeLane::velocity + a];
-                ndv[a] = f.s.nodes[node][NodeLane::increment + a];
+                nv[a]  = f.s.field.nodes[node][NodeLane::velocity + a];
+                ndv[a] = f.s.field.nodes[node][NodeLane::increment + a];
             }
             xi += dt * w * nv;
             vi += w * ndv;
@@ -184,14 +186,14 @@ void check_gather(const MethodSpec& spec)
     for (std::size_t c = 0; c < f.s.particles.corner.size(); ++c) {
         Vec<D> at = point.x[0] = f.s.particles.corner[c];
         if (p.corner_node && p.corner_node[c] >= 0) {
-            for (int a = 0; a < D; ++a) at[a] += dt * f.s.nodes[p.corner_node[c]][NodeLane::velocity + a];
+            for (int a = 0; a < D; ++a) at[a] += dt * f.s.field.nodes[p.corner_node[c]][NodeLane::velocity + a];
             corners.push_back(at);
             continue;
         }
         MethodSpec of = spec;
         of.domain     = Domain::point;
         visit<D>(of, f.s, point.view(), 0, [&](std::ptrdiff_t node, double w, const Vec<D>&) {
-            for (int a = 0; a < D; ++a) at[a] += dt * w * f.s.nodes[node][NodeLane::velocity + a];
+            for (int a = 0; a < D; ++a) at[a] += dt * w * f.s.field.nodes[node][NodeLane::velocity + a];
         });
         corners.push_back(at);
     }
@@ -252,7 +254,7 @@ void check_batches(const MethodSpec& spec)
     std::array<Material, 3> law;
     auto updated = [&](auto&& next_length) {
         auto f = std::make_unique<Fixture<D>>(spec);
-        for (Lanes& n : f->s.nodes)
+        for (Lanes& n : f->s.field.nodes)
             for (int k = 0; k < NodeLane::end; ++k) n[k] = k == NodeLane::mass ? 1.5 : test::uniform(f->random, -1, 1);
         const ParticleView<D> p = f->s.particles.view();
         for (int m = 0; m < 3; ++m) law[m] = {materials[m], 1e3, 5.8e5 * (m + 1), 3.8e5};
@@ -303,7 +305,7 @@ TEST(Gather, BatchesOfAnyLengthAndMaterial)
 TEST(Gather, PicFractionBlends)
 {
     Fixture<2> f(MethodSpec{});
-    for (Lanes& n : f.s.nodes) n = make_lanes(2, 3, 0, 1, 0.5, -0.5, 0, 0);
+    for (Lanes& n : f.s.field.nodes) n = make_lanes(2, 3, 0, 1, 0.5, -0.5, 0, 0);
     const ParticleView<2> p = f.s.particles.view();
     std::vector<Vec<2>> before(p.v, p.v + p.count);
     Sweep<2> view = f.sweep(0);
@@ -321,7 +323,7 @@ TEST(Gather, FaultsAreReported)
 {
     auto report_of = [](auto&& spoil) {
         Fixture<2> f(test::shape_spec(Basis::hat, Domain::parallelepiped), 0.0);
-        for (Lanes& n : f.s.nodes) n = Lanes{};
+        for (Lanes& n : f.s.field.nodes) n = Lanes{};
         spoil(f);
         TileReport report;
         f.passes.update_all(f.sweep(1.0), 0, f.s.particles.count, report);
@@ -335,7 +337,7 @@ TEST(Gather, FaultsAreReported)
               }),
               (std::pair{Fault::not_finite, 5}));
     EXPECT_EQ(report_of([](auto& f) {
-                  for (Lanes& n : f.s.nodes) n = make_lanes(10, 0, 0, 1, 0, 0, 0, 0);
+                  for (Lanes& n : f.s.field.nodes) n = make_lanes(10, 0, 0, 1, 0, 0, 0, 0);
               }),
               (std::pair{Fault::left_grid, 0}));
     EXPECT_EQ(report_of([](auto& f) { f.s.particles.v[8][1] = std::nan(""); }), (std::pair{Fault::not_finite, 8}));
@@ -346,7 +348,7 @@ TEST(Gather, FaultsAreReported)
 TEST(Gather, TurnedBoxesAreReported)
 {
     Fixture<2> f(test::shape_spec(Basis::hat, Domain::stretched_box), 0.0);
-    for (Lanes& n : f.s.nodes) n = Lanes{};
+    for (Lanes& n : f.s.field.nodes) n = Lanes{};
     f.s.particles.F[4] = Mat<2>{{{-0.5, 1}, {-1, -0.5}}};  // J > 0
     TileReport report;
     f.passes.update_all(f.sweep(1.0), 0, f.s.particles.count, report);
@@ -391,7 +393,7 @@ TEST(Threads, StepsAreIdenticalBitForBit)
         specs.back().mass       = MassMatrix::consistent;
         specs.back().lump_below = 0.2;
     }
-    for (Scheme scheme : {Scheme::usf, Scheme::musl}) {
+    for (TimeScheme scheme : {TimeScheme::usf, TimeScheme::musl}) {
         specs.push_back(test::shape_spec(Basis::hat, Domain::parallelepiped));
         specs.back().scheme = scheme;
     }

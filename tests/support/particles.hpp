@@ -1,6 +1,7 @@
 // Methods, random and regular particles for the tests of shapes and passes.
 #pragma once
 
+#include "method/courant.hpp"
 #include "method/explicit.hpp"
 #include "method/planting.hpp"
 #include "method/tables.hpp"

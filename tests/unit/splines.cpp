@@ -1,9 +1,10 @@
 // Splines with removable knots, banded matrices of one axis, Gauss rules of cells.
-#include "grid/banded.hpp"
-#include "grid/cut_rule.hpp"
-#include "grid/ghost_penalty.hpp"
-#include "grid/spline_axis.hpp"
-#include "kernels/spline.hpp"
+#include "solve/banded.hpp"
+#include "spline/axis.hpp"
+#include "spline/axis_matrix.hpp"
+#include "spline/cell.hpp"
+#include "spline/cut_rule.hpp"
+#include "spline/ghost_penalty.hpp"
 #include "support/particles.hpp"
 
 #include <gtest/gtest.h>

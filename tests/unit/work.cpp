@@ -1,5 +1,6 @@
 // The work of a step: counted node visits against the shapes themselves, operations against sums by hand.
-#include "method/work.hpp"
+#include "app/work.hpp"
+#include "spline/scheme.hpp"
 #include "support/particles.hpp"
 
 namespace ordo {
@@ -18,7 +19,7 @@ struct Stepped {
     {
         method.step(s, 1e-6);
     }
-    StepWork work(double solves = 0, double iterations = 0) { return count_work(method.model(), s, solves, iterations); }
+    StepWork work(double solves = 0, double iterations = 0) { return count_work(method, s, solves, iterations); }
     double particles() const { return s.particles.count; }
 };
 
@@ -30,7 +31,7 @@ double visits(const MethodSpec& spec, State<D>& s)
     test::with_shape<D>(spec, [&](auto shape) {
         using S = typename decltype(shape)::type;
         for (int i = 0; i < s.particles.count; ++i)
-            S::for_each_node(s.lattice, s.particles.view(), i, s.nodes.data(),
+            S::for_each_node(s.lattice, s.particles.view(), i, s.field.nodes.data(),
                              [&](std::ptrdiff_t, double, const Vec<D>&) { ++n; });
     });
     return n;
@@ -43,7 +44,7 @@ void check_visits(const MethodSpec& spec)
     const Explicit<D> method(test::unit_box<D>(8, spec));
     test::Random random(3);
     State<D> s = test::random_state(method, 20, random);
-    EXPECT_EQ(count_work(method.model(), s, 0, 0).visits, visits(spec, s));
+    EXPECT_EQ(count_work(method, s, 0, 0).visits, visits(spec, s));
 }
 
 TEST(Work, VisitsAreThoseOfTheShape)
@@ -114,7 +115,7 @@ template <int D>
 void check_presets()
 {
     for (const Preset& preset : presets()) {
-        if (is_spline_fit(preset.spec)) continue;  // see OfSplines
+        if (has_stages_of_runge_kutta(preset.spec)) continue;  // see OfSplines
         SCOPED_TRACE(preset.name);
         Stepped<D> block(preset.spec);
         const StepWork work = block.work(1, 5);
@@ -137,17 +138,19 @@ TEST(Work, OfEveryPreset)
 /// in a stage, and there are two more sums a stage for right-hand sides and rows, one for what particles read.
 TEST(Work, OfSplines)
 {
-    const Explicit<3> method(test::walled_box<3>(5, spec_of("spline4")));
+    const SplineScheme<3> method(test::walled_box<3>(5, spec_of("spline4")));
     State<3> s = method.start(plant_all(method.model(), test::block(method.model(), 0.0, 1.0, 2)));
     method.step(s, 1e-6);
-    const double n = s.particles.count, before = count_work(method.model(), s, 0, 0).stages[StageTimes::fit].flops;
-    s.spline.iterations[SplineWork<3>::kVelocity] += 1;
-    const double more = count_work(method.model(), s, 0, 0).stages[StageTimes::fit].flops - before;
-    const double sums = n * 2 * 8 * 2 * (64 + 16 + 4), functions = 8 * 8 * 8;
-    EXPECT_DOUBLE_EQ(more, sums + functions * 8 * (4 * 3 * 3 + 16));
+    std::array<long, 4> iterations = method.scratch().iterations;
+    const StepWork work            = count_work(method, s, 0, 0);
+    ++iterations[SplineScratch<3>::kVelocity];
+    const StepWork more = count_spline_work(method.model(), s, iterations);
+    const double n = s.particles.count, sums = n * 2 * 8 * 2 * (64 + 16 + 4), functions = 8 * 8 * 8;
+    EXPECT_DOUBLE_EQ(more.stages[StageTimes::fit].flops - work.stages[StageTimes::fit].flops,
+                     sums + functions * 8 * (4 * 3 * 3 + 16));
     for (const auto stage : {StageTimes::fit, StageTimes::gather}) {
-        EXPECT_GT(count_work(method.model(), s, 0, 0).stages[stage].flops, 0);
-        EXPECT_GT(count_work(method.model(), s, 0, 0).stages[stage].bytes, 0);
+        EXPECT_GT(work.stages[stage].flops, 0);
+        EXPECT_GT(work.stages[stage].bytes, 0);
     }
 }
 

@@ -81,7 +81,7 @@ INSTANTIATE_TEST_SUITE_P(Quick, Studies, testing::ValuesIn(case_names()), test_n
 /// deformation, where the schemes differ in the configuration of their gradients.
 TEST(Schemes, AreSecondOrder)
 {
-    for (const auto& scheme : Axis<Scheme>::choices) {
+    for (const auto& scheme : Axis<TimeScheme>::choices) {
         const std::string name(scheme.name);
         if (has_stages_of_runge_kutta({.scheme = scheme.value})) continue;
         const auto wave =
@@ -133,7 +133,7 @@ TEST(Resolve, FillsDefaultsAndRefusesWhatThereIsNot)
         ring, {.method = "cpdi1", .set = {{"nu", std::string("0.25")}, {"method.scheme", "musl"}}, .cells = {}, .bars = {}});
     EXPECT_EQ(two.request.values.number("nu"), 0.25);
     EXPECT_EQ(two.request.values.number("amplitude"), 0.1);
-    EXPECT_EQ(two.request.method.scheme, Scheme::musl);
+    EXPECT_EQ(two.request.method.scheme, TimeScheme::musl);
     EXPECT_EQ(two.ppc, 4);
     EXPECT_EQ(two.request.per_axis, 2);
     EXPECT_EQ(two.cells, ring.cells);

@@ -4,7 +4,7 @@
 
 #include "base/index.hpp"
 #include "base/lanes.hpp"
-#include "grid/spline_axis.hpp"
+#include "spline/axis.hpp"
 
 #include <cstddef>
 

@@ -1,4 +1,4 @@
-#include "method/cut_factor.hpp"
+#include "spline/cut_factor.hpp"
 
 #include <Eigen/IterativeLinearSolvers>
 #include <Eigen/SparseCore>

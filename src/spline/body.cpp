@@ -1,8 +1,8 @@
-#include "method/spline_body.hpp"
+#include "spline/body.hpp"
 
 #include "base/parallel.hpp"
-#include "kernels/spline.hpp"
 #include "method/state.hpp"
+#include "spline/cell.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "base/gauss_rule.hpp"
-#include "grid/banded.hpp"
-#include "grid/spline_axis.hpp"
+#include "solve/banded.hpp"
+#include "spline/axis.hpp"
 
 #include <array>
 #include <utility>

@@ -5,8 +5,8 @@
 #pragma once
 
 #include "base/gauss_rule.hpp"
-#include "grid/cut_rule.hpp"
-#include "grid/spline_axis.hpp"
+#include "spline/axis.hpp"
+#include "spline/cut_rule.hpp"
 
 #include <cstddef>
 #include <vector>

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "base/parallel.hpp"
-#include "grid/axis_mass.hpp"
-#include "method/spline_scheme.hpp"
 #include "method/state.hpp"
+#include "spline/axis_mass.hpp"
+#include "spline/scheme.hpp"
 
 #include <array>
 #include <cstddef>
@@ -31,7 +31,7 @@ Vec<D> place_of(const Model<D>& model, Vec<D> y)
 
 template <int D>
 struct SplineScheme<D>::System {
-    typename SplineWork<D>::Solve solve;
+    typename SplineScratch<D>::Solve solve;
     const char* what;  ///< for messages
     const SplineSpace<D>& space;
     const Factors& factors;
@@ -44,9 +44,10 @@ struct SplineScheme<D>::System {
 };
 
 template <int D>
-Cover SplineScheme<D>::cover_of(const State<D>& s, int cell) const
+Cover SplineScheme<D>::cover_of(int cell) const
 {
-    return is_cut_ ? s.spline.body.cover[cell] : Cover::all;
+    SplineScratch<D>& work = *scratch_;
+    return is_cut_ ? work.body.cover[cell] : Cover::all;
 }
 
 /// f(cell, its number) for all of them; those that share a function one after another, in one order for any number of threads.
@@ -66,10 +67,10 @@ void SplineScheme<D>::for_each_cell(F&& f) const
 /// f(cell, its number, what of it the body covers) for those of which it covers some.
 template <int D>
 template <class F>
-void SplineScheme<D>::for_each_covered_cell(const State<D>& s, F&& f) const
+void SplineScheme<D>::for_each_covered_cell(F&& f) const
 {
     for_each_cell([&](const Index<D>& cell, int number) {
-        const Cover cover = cover_of(s, number);
+        const Cover cover = cover_of(number);
         if (cover != Cover::none) f(cell, number, cover);
     });
 }

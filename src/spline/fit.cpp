@@ -1,7 +1,7 @@
 // Fits of splines to particles, and the systems of SplineScheme.
 #include "method/place.hpp"
-#include "method/spline_parts.hpp"
 #include "solve/conjugate_gradients.hpp"
+#include "spline/parts.hpp"
 
 #include <fmt/format.h>
 
@@ -34,7 +34,7 @@ Lanes stress_lanes(const Stress<D>& sigma)
 
 /// to += sum over particles of weights times value(i), in a cell.
 template <int D, int P, class Value>
-ORDO_FLAT inline void spread_cell(const SplineSpace<D>& space, const SplineWork<D>& work, const SampleRows& rows,
+ORDO_FLAT inline void spread_cell(const SplineSpace<D>& space, const SplineScratch<D>& work, const SampleRows& rows,
                                   const Index<D>& at, int number, const Value& value, Lanes* to)
 {
     if (work.first[number] == work.first[number + 1]) return;
@@ -47,7 +47,7 @@ ORDO_FLAT inline void spread_cell(const SplineSpace<D>& space, const SplineWork<
 
 /// to += W^T diag(weight) W from, W being the weights of the particles in a cell.
 template <int D, int P, class Weight>
-ORDO_FLAT inline void multiply_cell(const SplineSpace<D>& space, const SplineWork<D>& work, const SampleRows& rows,
+ORDO_FLAT inline void multiply_cell(const SplineSpace<D>& space, const SplineScratch<D>& work, const SampleRows& rows,
                                     const Index<D>& at, int number, const Weight& weight, const Lanes* from, Lanes* to)
 {
     if (work.first[number] == work.first[number + 1]) return;
@@ -74,11 +74,11 @@ void SplineScheme<D>::hold(const System& system, Lanes* records) const
 /// z = P^-1 r. The matrix is nearly S^1/2 M S^1/2, M that of unit density, which is a product of axes, and S what rows sum to
 /// over what they sum to there.
 template <int D>
-void SplineScheme<D>::precondition(State<D>& s, const System& system) const
+void SplineScheme<D>::precondition(const System& system) const
 {
-    SplineWork<D>& work   = s.spline;
-    const Index<D> counts = system.space.counts();
-    const auto n          = static_cast<std::ptrdiff_t>(system.space.count());
+    SplineScratch<D>& work = *scratch_;
+    const Index<D> counts  = system.space.counts();
+    const auto n           = static_cast<std::ptrdiff_t>(system.space.count());
     if (system.ghost) {
         system.factor->solve(work.r.data(), work.z.data());
         hold(system, work.z.data());
@@ -101,7 +101,7 @@ struct SplineScheme<D>::Conjugate {
     State<D>& s;
     const System& system;
     Lanes* x;
-    SplineWork<D>& work;
+    SplineScratch<D>& work;
     std::size_t functions;
     std::ptrdiff_t n;
     Lanes whole;  ///< the size of b
@@ -144,7 +144,7 @@ struct SplineScheme<D>::Conjugate {
     }
     Lanes precondition()
     {
-        scheme.precondition(s, system);
+        scheme.precondition(system);
         return dot(work.r.data(), work.z.data());
     }
     void turn(const Lanes& beta)
@@ -156,7 +156,7 @@ struct SplineScheme<D>::Conjugate {
         product(work.p.data());
         return dot(work.p.data(), work.q.data());
     }
-    void advance(const Lanes& alpha)
+    void add_direction(const Lanes& alpha)
     {
         parallel_for_each(n, [&](std::ptrdiff_t i) {
             x[i] += work.p[i] * alpha;
@@ -176,10 +176,10 @@ struct SplineScheme<D>::Conjugate {
 
 /// A x = b by conjugate gradients from the x that is given, lane by lane; b is lost. `work.sums` has the sums of rows.
 template <int D>
-void SplineScheme<D>::solve(const Model<D>& model, State<D>& s, const System& system, Lanes* x, Lanes* b) const
+void SplineScheme<D>::solve(State<D>& s, const System& system, Lanes* x, Lanes* b) const
 {
     const int most              = system.ghost ? 3000 : 200;
-    SplineWork<D>& work         = s.spline;
+    SplineScratch<D>& work      = *scratch_;
     const std::size_t functions = system.space.count();
     const auto n                = static_cast<std::ptrdiff_t>(functions);
     for (Array<Lanes>* array : {&work.r, &work.z, &work.p, &work.q, &work.scale}) keep_room(*array, functions);
@@ -198,31 +198,31 @@ void SplineScheme<D>::solve(const Model<D>& model, State<D>& s, const System& sy
     if (iterations < most || vectors.is_done()) return;
     throw NumericalError(fmt::format("step {}, t = {:.6g} s: {} near {} does not converge in {} iterations: particles "
                                      "hardly determine the splines there; more particles a cell may help",
-                                     s.n, s.t, system.what, place_text(place_of(model, system.space.center(vectors.worst()))),
+                                     s.n, s.t, system.what, place_text(place_of(model(), system.space.center(vectors.worst()))),
                                      most));
 }
 
 /// Throws where a function cannot be fitted: it has too few particles in its support, or depends linearly on others.
 template <int D>
-void SplineScheme<D>::require_enough(const Model<D>& model, State<D>& s, const System& system, const Lanes& unit,
-                                     int singular) const
+void SplineScheme<D>::require_enough(State<D>& s, const System& system, const Lanes& unit, int singular) const
 {
+    SplineScratch<D>& work = *scratch_;
     constexpr double least = 0.02;
     auto refuse            = [&](std::size_t function) {
         throw NumericalError(fmt::format("step {}, t = {:.6g} s: {} near {} has too few particles: splines of degree {} want two "
                                                                "or more a cell along each axis, everywhere in a grid that the body fills",
-                                                    s.n, s.t, system.what, place_text(place_of(model, system.space.center(function))),
+                                                    s.n, s.t, system.what, place_text(place_of(model(), system.space.center(function))),
                                                     system.space.axis[0].degree));
     };
     if (singular >= 0) refuse(singular);
     if (system.ghost) {
-        clear(s.spline.q, system.space.count());
-        integrate_functions(s, system.space, s.spline.q.data());
+        clear(work.q, system.space.count());
+        integrate_functions(system.space, work.q.data());
     }
     for (std::size_t i = 0; i < system.space.count(); ++i) {
         const double whole = cell_volume_ * system.space.integral(i);
-        if (system.ghost && s.spline.q[i][0] < 0.5 * whole) continue;
-        if (!(largest(s.spline.sums[i] * unit) >= least * whole)) refuse(i);
+        if (system.ghost && work.q[i][0] < 0.5 * whole) continue;
+        if (!(largest(work.sums[i] * unit) >= least * whole)) refuse(i);
     }
     if (!system.ghost && static_cast<std::size_t>(s.particles.count) < system.space.count()) refuse(system.space.count() / 2);
 }
@@ -230,10 +230,9 @@ void SplineScheme<D>::require_enough(const Model<D>& model, State<D>& s, const S
 /// Fits x to values of particles, value(i) and weight(i) lane by lane; `volume` says in which lanes the weight is the volume.
 template <int D>
 template <class Value, class Weight>
-void SplineScheme<D>::fit(const Model<D>& model, State<D>& s, const FitTask& task, const Value& value, const Weight& weight,
-                          Array<Lanes>& x) const
+void SplineScheme<D>::fit(State<D>& s, const FitTask& task, const Value& value, const Weight& weight, Array<Lanes>& x) const
 {
-    SplineWork<D>& work         = s.spline;
+    SplineScratch<D>& work      = *scratch_;
     const std::size_t functions = task.space.count();
     if (!work.is_near) clear(x, functions);
     clear(work.b, functions);
@@ -286,20 +285,20 @@ void SplineScheme<D>::fit(const Model<D>& model, State<D>& s, const FitTask& tas
                                     multiply_cell<D, P>(task.space, work, task.rows, cell, number, weight, from, to);
                                 });
                             }};
-        if (!task.ghost || task.is_known) require_enough(model, s, system, task.volume, singular);
-        solve(model, s, system, x.data(), work.b.data());
+        if (!task.ghost || task.is_known) require_enough(s, system, task.volume, singular);
+        solve(s, system, x.data(), work.b.data());
     });
 }
 
 /// Where the body is: splines that are fitted to what the functions of its surface are at the particles' initial positions.
 template <int D>
-void SplineScheme<D>::find_body(const Model<D>& model, State<D>& s) const
+void SplineScheme<D>::find_body(State<D>& s) const
 {
-    SplineWork<D>& work            = s.spline;
+    SplineScratch<D>& work         = *scratch_;
     const ParticleView<D> p        = s.particles.view();
-    const std::vector<Cover> rough = cover_by_particles(model, s.particles, work.order, work.first);
+    const std::vector<Cover> rough = cover_by_particles(model(), s.particles, work.order, work.first);
     work.body.v                    = GhostPenalty<D>(v_space_, cells_, rough);
-    const FitTask task{SplineWork<D>::kVelocity,
+    const FitTask task{SplineScratch<D>::kVelocity,
                        "the fit of the surface",
                        v_space_,
                        work.v_rows,
@@ -310,63 +309,65 @@ void SplineScheme<D>::find_body(const Model<D>& model, State<D>& s) const
                        false};
     auto value = [&](int i) {
         Lanes r(0.0);
-        for (std::size_t k = 0; k < model.surface.size(); ++k) r[static_cast<int>(k)] = model.surface[k](p.X[i]);
+        for (std::size_t k = 0; k < model().surface.size(); ++k) r[static_cast<int>(k)] = model().surface[k](p.X[i]);
         return r;
     };
     fit(
-        model, s, task, value, [&](int i) { return Lanes(p.V[i]); }, work.surface);
-    ordo::find_body(model, v_space_, s_space_, work.surface.data(), rough, points_, work.body);
+        s, task, value, [&](int i) { return Lanes(p.V[i]); }, work.surface);
+    ordo::find_body(model(), v_space_, s_space_, work.surface.data(), rough, points_, work.body);
 }
 
 template <int D>
-void SplineScheme<D>::fit_velocity(const Model<D>& model, State<D>& s) const
+void SplineScheme<D>::fit_velocity(State<D>& s) const
 {
+    SplineScratch<D>& work  = *scratch_;
     const ParticleView<D> p = s.particles.view();
     const Lanes of_mass = make_lanes(1, 1, 1, 0, 0, 0, 0, 0), of_volume = 1.0 - of_mass;
-    const FitTask task{SplineWork<D>::kVelocity,
+    const FitTask task{SplineScratch<D>::kVelocity,
                        "the fit of velocities",
                        v_space_,
-                       s.spline.v_rows,
+                       work.v_rows,
                        v_factors_,
                        &Held::velocity,
                        of_volume,
-                       is_cut_ ? &s.spline.body.v : nullptr,
+                       is_cut_ ? &work.body.v : nullptr,
                        true};
     auto value = [&](int i) {
         Lanes r(0.0);
         for (int a = 0; a < D; ++a) {
             r[SplineLane::velocity + a]     = p.v[i][a];
-            r[SplineLane::acceleration + a] = model.gravity[a] + (p.b ? p.b[i][a] : 0.0);
+            r[SplineLane::acceleration + a] = model().gravity[a] + (p.b ? p.b[i][a] : 0.0);
         }
         r[SplineLane::density] = p.m[i] / p.V[i];
         return r;
     };
     fit(
-        model, s, task, value, [&](int i) { return of_mass * p.m[i] + of_volume * p.V[i]; }, s.spline.v);
+        s, task, value, [&](int i) { return of_mass * p.m[i] + of_volume * p.V[i]; }, work.v);
 }
 
 template <int D>
-void SplineScheme<D>::fit_stress(const Model<D>& model, State<D>& s) const
+void SplineScheme<D>::fit_stress(State<D>& s) const
 {
+    SplineScratch<D>& work  = *scratch_;
     const ParticleView<D> p = s.particles.view();
-    const FitTask task{SplineWork<D>::kStress,
+    const FitTask task{SplineScratch<D>::kStress,
                        "the fit of stresses",
                        s_space_,
-                       s.spline.s_rows,
+                       work.s_rows,
                        s_factors_,
                        nullptr,
                        Lanes(1.0),
-                       is_cut_ ? &s.spline.body.s : nullptr,
+                       is_cut_ ? &work.body.s : nullptr,
                        true};
     fit(
-        model, s, task, [&](int i) { return stress_lanes(p.sigma[i]); }, [&](int i) { return Lanes(p.V[i]); }, s.spline.s);
+        s, task, [&](int i) { return stress_lanes(p.sigma[i]); }, [&](int i) { return Lanes(p.V[i]); }, work.s);
 }
 
-#define ORDO_SPLINE_FIT(D)                                                         \
-    template void SplineScheme<D>::find_body(const Model<D>&, State<D>&) const;    \
-    template void SplineScheme<D>::fit_velocity(const Model<D>&, State<D>&) const; \
-    template void SplineScheme<D>::fit_stress(const Model<D>&, State<D>&) const;   \
-    template void SplineScheme<D>::solve(const Model<D>&, State<D>&, const System&, Lanes*, Lanes*) const;
+#define ORDO_SPLINE_FIT(D)                                        \
+    template void SplineScheme<D>::find_body(State<D>&) const;    \
+    template void SplineScheme<D>::fit_velocity(State<D>&) const; \
+    template void SplineScheme<D>::fit_stress(State<D>&) const;   \
+    template void SplineScheme<D>::solve(State<D>&, const System&, Lanes*, Lanes*) const;
 ORDO_SPLINE_FIT(1)
 ORDO_SPLINE_FIT(2)
 ORDO_SPLINE_FIT(3)

@@ -4,8 +4,8 @@
 
 #include "base/index.hpp"
 #include "base/lanes.hpp"
-#include "grid/ghost_penalty.hpp"
-#include "grid/spline_axis.hpp"
+#include "spline/axis.hpp"
+#include "spline/ghost_penalty.hpp"
 
 #include <memory>
 #include <vector>

@@ -2,20 +2,16 @@
 // (Saye 2015, SIAM J. Sci. Comput. 37, A993). The surface is where smooth functions vanish.
 #pragma once
 
+#include "base/field.hpp"
 #include "base/gauss_rule.hpp"
 #include "base/index.hpp"
 #include "base/vec.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <vector>
 
 namespace ordo {
-
-/// Negative inside, positive outside, smooth near where it vanishes; a body is where all of its functions are negative.
-template <int D>
-using LevelSet = std::function<double(const Vec<D>&)>;
 
 /// How much of a cell is inside a body.
 enum class Cover : unsigned char { none, part, all };

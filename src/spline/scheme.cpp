@@ -1,8 +1,8 @@
-#include "method/spline_scheme.hpp"
+#include "spline/scheme.hpp"
 
 #include "method/diagnostics.hpp"
-#include "method/spline_parts.hpp"
 #include "particles/sort.hpp"
+#include "spline/parts.hpp"
 
 #include <fmt/format.h>
 
@@ -21,9 +21,9 @@ struct RungeKutta {
 };
 
 /// Heun's scheme of third order and the classical one of fourth (Hairer, Norsett & Wanner 1993, sec. II.1).
-RungeKutta runge_kutta(Scheme scheme)
+RungeKutta runge_kutta(TimeScheme scheme)
 {
-    if (scheme == Scheme::rk3) return {3, {0, 1.0 / 3, 2.0 / 3}, {0.25, 0, 0.75}};
+    if (scheme == TimeScheme::rk3) return {3, {0, 1.0 / 3, 2.0 / 3}, {0.25, 0, 0.75}};
     return {4, {0, 0.5, 0.5, 1}, {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6}};
 }
 
@@ -54,7 +54,7 @@ SplineAxis axis_of(const Model<D>& model, int a, int degree, double removed)
 
 /// use(i, sum of weights times `from`) for the particles of a cell.
 template <int D, int P, class Use>
-ORDO_FLAT inline void collect_cell(const SplineSpace<D>& space, const SplineWork<D>& work, const SampleRows& rows,
+ORDO_FLAT inline void collect_cell(const SplineSpace<D>& space, const SplineScratch<D>& work, const SampleRows& rows,
                                    const Index<D>& at, int number, const Lanes* from, const Use& use)
 {
     if (work.first[number] == work.first[number + 1]) return;
@@ -109,10 +109,10 @@ void require_spline_model(const Model<D>& model)
 }
 
 template <int D>
-SplineScheme<D>::SplineScheme(const Model<D>& model) : cells_(model.cells), is_cut_(!model.surface.empty())
+SplineScheme<D>::SplineScheme(Model<D> of) : Scheme<D>(std::move(of)), cells_(model().cells), is_cut_(!model().surface.empty())
 {
-    require_spline_model(model);
-    const MethodSpec& method = model.method;
+    require_spline_model(model());
+    const MethodSpec& method = model().method;
     const int degree = degree_of(method.basis), stress_degree = static_cast<int>(method.stress_degree);
     points_      = std::max(degree, stress_degree) + 1;
     per_cell_    = power_of(points_, D);
@@ -120,29 +120,29 @@ SplineScheme<D>::SplineScheme(const Model<D>& model) : cells_(model.cells), is_c
     gauss_count_ = cell_count_ * per_cell_;
     cell_volume_ = 1.0;
     for (int a = 0; a < D; ++a) {
-        cell_volume_ *= model.h[a];
-        v_space_.axis[a] = axis_of(model, a, degree, method.removed_knots);
-        s_space_.axis[a] = axis_of(model, a, stress_degree, method.removed_stress_knots);
+        cell_volume_ *= model().h[a];
+        v_space_.axis[a] = axis_of(model(), a, degree, method.removed_knots);
+        s_space_.axis[a] = axis_of(model(), a, stress_degree, method.removed_stress_knots);
     }
-    hold_walls(model);
+    hold_walls();
 
-    for (int a = 0; a < D; ++a) set_axis(model, a);
+    for (int a = 0; a < D; ++a) set_axis(a);
     const auto rule = gauss_rule(points_);
     IndexBox<D>{{}, Index<D>::filled(points_)}.for_each([&](const Index<D>& k) {
         double weight = cell_volume_;
         for (int a = 0; a < D; ++a) weight *= rule[k[a]].weight;
         gauss_weights_.push_back(weight);
     });
-    set_colours(model);
+    set_colours();
 }
 
 /// Rows of Gauss points, projections and values at vertices along an axis.
 template <int D>
-void SplineScheme<D>::set_axis(const Model<D>& model, int a)
+void SplineScheme<D>::set_axis(int a)
 {
     const SplineAxis &v = v_space_.axis[a], &s = s_space_.axis[a];
     gauss_[a]        = gauss_rows(v, points_);
-    gauss_slopes_[a] = gauss_rows(v, points_, model.h[a]);
+    gauss_slopes_[a] = gauss_rows(v, points_, model().h[a]);
     s_gauss_[a]      = gauss_rows(s, points_);
     values_[a] = slopes_[a] = AxisMatrix(s.count(), v.count());
     for_each_gauss_point(v, points_, [&](int cell, double at, double weight, int span, const double* w, const double* dw) {
@@ -153,17 +153,17 @@ void SplineScheme<D>::set_axis(const Model<D>& model, int a)
             for (int i = 0; i <= P; ++i)
                 for (int j = 0; j <= v.degree; ++j) {
                     values_[a].add(s.wrapped(s_span + i), v.wrapped(span + j), weight * ws[i] * w[j]);
-                    slopes_[a].add(s.wrapped(s_span + i), v.wrapped(span + j), weight * ws[i] * dw[j] / model.h[a]);
+                    slopes_[a].add(s.wrapped(s_span + i), v.wrapped(span + j), weight * ws[i] * dw[j] / model().h[a]);
                 }
         });
     });
     values_back_[a] = values_[a].transposed();
     slopes_back_[a] = slopes_[a].transposed();
-    at_vertices_[a] = AxisMatrix(model.cells[a] + 1, v.count());
+    at_vertices_[a] = AxisMatrix(model().cells[a] + 1, v.count());
     with_degree(v.degree, [&]<int P>() {
         double w[P + 1], dw[P + 1];
-        for (int k = 0; k <= model.cells[a]; ++k) {
-            const int span = v.span_of(std::min(k, model.cells[a] - 1));
+        for (int k = 0; k <= model().cells[a]; ++k) {
+            const int span = v.span_of(std::min(k, model().cells[a] - 1));
             v.row<P>(span, k, w, dw);
             for (int j = 0; j <= P; ++j) at_vertices_[a].add(k, v.wrapped(span + j), w[j]);
         }
@@ -173,7 +173,7 @@ void SplineScheme<D>::set_axis(const Model<D>& model, int a)
 
 /// Blocks of cells in colours: those of one colour share no function.
 template <int D>
-void SplineScheme<D>::set_colours(const Model<D>& model)
+void SplineScheme<D>::set_colours()
 {
     // Cells a degree and a removed knot apart share no function.
     const SplineAxis &v = v_space_.axis[0], &s = s_space_.axis[0];
@@ -182,7 +182,7 @@ void SplineScheme<D>::set_colours(const Model<D>& model)
     Index<D> parts{};
     for (int a = 0; a < D; ++a) {
         parts[a] = std::max(1, cells_[a] / apart);
-        if (model.periodic[a] && parts[a] > 1) parts[a] -= parts[a] % 2;  // the last is next to the first
+        if (model().periodic[a] && parts[a] > 1) parts[a] -= parts[a] % 2;  // the last is next to the first
         for (int k = 0; k <= parts[a]; ++k) bounds[a].push_back(static_cast<int>(static_cast<long>(k) * cells_[a] / parts[a]));
     }
     IndexBox<D>{{}, parts}.for_each([&](const Index<D>& k) {
@@ -199,11 +199,11 @@ void SplineScheme<D>::set_colours(const Model<D>& model)
 
 /// The functions that walls hold, and what else follows from them.
 template <int D>
-void SplineScheme<D>::hold_walls(const Model<D>& model)
+void SplineScheme<D>::hold_walls()
 {
     for (auto& ends : velocity_free_) ends = kFreeEnds;
     for (auto& ends : acceleration_free_) ends = kFreeEnds;
-    for (const Boundary<D>& b : model.boundaries)
+    for (const Boundary<D>& b : model().boundaries)
         for (int c = 0; c < D; ++c)
             if (b.constrains(c)) {
                 velocity_free_[b.axis][b.outer_is_above][SplineLane::velocity + c]         = 0.0;
@@ -213,7 +213,7 @@ void SplineScheme<D>::hold_walls(const Model<D>& model)
     for (int a = 0; a < D; ++a) {
         v_factors_[a] = unit_mass(v_space_.axis[a], velocity_free_[a]);
         a_factors_[a] = unit_mass(v_space_.axis[a], acceleration_free_[a]);
-        if (model.periodic[a]) continue;
+        if (model().periodic[a]) continue;
         // A function on an edge is that of both walls: masks do no more when they come again.
         for (const int side : {0, 1}) {
             IndexBox<D> face{{}, counts};
@@ -228,11 +228,11 @@ void SplineScheme<D>::hold_walls(const Model<D>& model)
 
 /// Lists of the particles of each cell, and their weights.
 template <int D>
-void SplineScheme<D>::sort(const Model<D>& model, State<D>& s) const
+void SplineScheme<D>::sort(State<D>& s) const
 {
-    SplineWork<D>& work     = s.spline;
+    SplineScratch<D>& work  = *scratch_;
     const ParticleView<D> p = s.particles.view();
-    auto place              = [&](int i, int a) { return v_space_.axis[a].inside((p.x[i][a] - model.origin[a]) / model.h[a]); };
+    auto place = [&](int i, int a) { return v_space_.axis[a].inside((p.x[i][a] - model().origin[a]) / model().h[a]); };
     Array<std::uint64_t> keys(p.count);
     parallel_for_each(p.count, [&](std::ptrdiff_t i) {
         Index<D> cell{};
@@ -268,29 +268,37 @@ void SplineScheme<D>::sort(const Model<D>& model, State<D>& s) const
 }
 
 template <int D>
-void SplineScheme<D>::evaluate(const Model<D>& model, State<D>& s, StageTimes* times) const
+void SplineScheme<D>::evaluate(State<D>& s) const
 {
-    SplineWork<D>& work = s.spline;
+    scratch_->is_near = false;
+    find_slopes(s);
+}
+
+/// v_h, a_h and L_h at the particles.
+template <int D>
+void SplineScheme<D>::find_slopes(State<D>& s) const
+{
+    SplineScratch<D>& work = *scratch_;
     {
-        Stopwatch watch(times, StageTimes::sort);
-        sort(model, s);
+        Stopwatch watch(times(), StageTimes::sort);
+        sort(s);
     }
     if (is_cut_) {
-        Stopwatch watch(times, StageTimes::fit);
-        find_body(model, s);
+        Stopwatch watch(times(), StageTimes::fit);
+        find_body(s);
     }
     {
-        Stopwatch watch(times, StageTimes::fit);
-        fit_velocity(model, s);
-        fit_stress(model, s);
+        Stopwatch watch(times(), StageTimes::fit);
+        fit_velocity(s);
+        fit_stress(s);
     }
     {
-        Stopwatch watch(times, StageTimes::nodes);
-        find_density(model, s);
-        solve_acceleration(model, s);
-        project_gradient(model, s);
+        Stopwatch watch(times(), StageTimes::nodes);
+        find_density(s);
+        solve_acceleration(s);
+        project_gradient(s);
     }
-    Stopwatch watch(times, StageTimes::gather);
+    Stopwatch watch(times(), StageTimes::gather);
     const std::size_t n = s.particles.count;
     keep_room(work.v_at, n);
     keep_room(work.a_at, n);
@@ -323,7 +331,7 @@ template <int D>
 void SplineScheme<D>::remember(State<D>& s) const
 {
     const ParticleView<D> p = s.particles.view();
-    SplineWork<D>& work     = s.spline;
+    SplineScratch<D>& work  = *scratch_;
     const std::size_t n     = p.count;
     for (Array<Vec<D>>* array : {&work.x0, &work.v0, &work.dx, &work.dv}) keep_room(*array, n);
     for (Array<Mat<D>>* array : {&work.F0, &work.dF}) keep_room(*array, n);
@@ -342,8 +350,8 @@ void SplineScheme<D>::remember(State<D>& s) const
 template <int D>
 void SplineScheme<D>::restore(State<D>& s) const
 {
-    const ParticleView<D> p   = s.particles.view();
-    const SplineWork<D>& work = s.spline;
+    const ParticleView<D> p      = s.particles.view();
+    const SplineScratch<D>& work = *scratch_;
     parallel_for_each(p.count, [&](std::ptrdiff_t i) {
         p.x[i]     = work.x0[i];
         p.v[i]     = work.v0[i];
@@ -356,16 +364,16 @@ void SplineScheme<D>::restore(State<D>& s) const
 /// Adds the slope of a stage to the particles' sums, and takes them to the next stage or, after the last, to the end of the step.
 /// `part` is the weight of the slope in the step, `further` how far the next stage is, s. Returns faults and the largest way.
 template <int D>
-TileReport SplineScheme<D>::add_slope(const Model<D>& model, State<D>& s, double part, double further, bool is_last) const
+TileReport SplineScheme<D>::add_slope(State<D>& s, double part, double further, bool is_last) const
 {
     const ParticleView<D> p = s.particles.view();
-    SplineWork<D>& work     = s.spline;
+    SplineScratch<D>& work  = *scratch_;
     return parallel_reduce(
         p.count, TileReport{},
         [&](std::ptrdiff_t i) {
             const Mat<D>& L            = work.L_at[i];
             const Mat<D> slope         = L * p.F[i];
-            const Material& material   = model.materials[p.material[i]];
+            const Material& material   = model().materials[p.material[i]];
             const LawFunctions<D>& law = material.law->in<D>();
             const Stress<D> rate       = law.stress_rate(material, p.sigma[i], L);
             work.dx[i] += part * work.v_at[i];
@@ -383,9 +391,9 @@ TileReport SplineScheme<D>::add_slope(const Model<D>& model, State<D>& s, double
             if (!std::isfinite(norm(p.x[i]) + norm(p.v[i]) + J)) r.flag(Fault::not_finite, static_cast<int>(i));
             if (!(J > 0)) r.flag(Fault::inverted, static_cast<int>(i));
             for (int a = 0; a < D; ++a) {
-                r.move         = larger(r.move, std::fabs(p.x[i][a] - work.x0[i][a]) / model.h[a]);
-                const double y = (p.x[i][a] - model.origin[a]) / model.h[a];
-                if (!model.periodic[a] && !(y >= -kOutside && y <= model.cells[a] + kOutside))
+                r.move         = larger(r.move, std::fabs(p.x[i][a] - work.x0[i][a]) / model().h[a]);
+                const double y = (p.x[i][a] - model().origin[a]) / model().h[a];
+                if (!model().periodic[a] && !(y >= -kOutside && y <= model().cells[a] + kOutside))
                     r.flag(Fault::left_grid, static_cast<int>(i));
             }
             return r;
@@ -397,58 +405,62 @@ TileReport SplineScheme<D>::add_slope(const Model<D>& model, State<D>& s, double
 }
 
 template <int D>
-void SplineScheme<D>::step(const Model<D>& model, State<D>& s, double dt, const Forces& forces, StageTimes* times) const
+void SplineScheme<D>::take_step(State<D>& s, double dt) const
 {
-    const RungeKutta scheme = runge_kutta(model.method.scheme);
-    SplineWork<D>& work     = s.spline;
+    const RungeKutta scheme = runge_kutta(model().method.scheme);
+    SplineScratch<D>& work  = *scratch_;
     const double t          = s.t;
     work.iterations         = {};
     remember(s);
     for (int k = 0; k < scheme.stages; ++k) {
-        forces(t + scheme.at[k] * dt);
+        this->evaluate_external_forces(s, t + scheme.at[k] * dt);
         work.is_near = k > 0;
         try {
-            evaluate(model, s, times);
+            find_slopes(s);
         } catch (const NumericalError&) {
             restore(s);
             throw;
         }
-        Stopwatch watch(times, StageTimes::gather);
+        Stopwatch watch(times(), StageTimes::gather);
         if (k == 0) {
-            show(model, s);
+            show(s);
             if (s.projection.is_wanted) report(s);
             // Nothing else damps the velocity outside the spline space. The fit stays the same: that of v_h(x_p) is v_h.
             parallel_for_each(s.particles.count,
-                              [&](std::ptrdiff_t i) { work.v0[i] -= model.method.null_damping * (work.v0[i] - work.v_at[i]); });
+                              [&](std::ptrdiff_t i) { work.v0[i] -= model().method.null_damping * (work.v0[i] - work.v_at[i]); });
         }
         const bool is_last   = k + 1 == scheme.stages;
         const double further = is_last ? 0.0 : dt * scheme.at[k + 1], part = dt * scheme.weight[k];
-        const TileReport found = add_slope(model, s, part, further, is_last);
-        if (found.fault != Fault::none) {
-            s.fault = found;
-            return;
-        }
+        const TileReport found = add_slope(s, part, further, is_last);
+        s.fault                = found;
+        if (found.fault != Fault::none) break;
         s.move = found.move;
     }
-    s.drift += s.move;
+    if (s.fault.fault == Fault::none) s.drift += s.move;
+    if (times()) {
+        for (const long n : work.iterations) times()->mass_iterations += n;
+        times()->mass_solves += static_cast<long>(work.iterations.size()) * scheme.stages;
+    }
+    this->advance_time(s, dt);
+    s.t_v = s.t_F = s.t;
 }
 
 /// Whether a cell beside a vertex has a part of the body.
 template <int D>
-bool SplineScheme<D>::is_seen(const Model<D>& model, const State<D>& s, const Index<D>& vertex) const
+bool SplineScheme<D>::is_seen(const Index<D>& vertex) const
 {
     bool r = !is_cut_;
-    for_each_cell_of(model, {vertex - Index<D>::filled(1), vertex + Index<D>::filled(1)},
-                     [&](int cell) { r = r || cover_of(s, cell) != Cover::none; });
+    for_each_cell_of(model(), {vertex - Index<D>::filled(1), vertex + Index<D>::filled(1)},
+                     [&](int cell) { r = r || cover_of(cell) != Cover::none; });
     return r;
 }
 
 template <int D>
-void SplineScheme<D>::show(const Model<D>& model, State<D>& s) const
+void SplineScheme<D>::show(State<D>& s) const
 {
-    SplineWork<D>& work  = s.spline;
-    Index<D> counts      = cells_ + Index<D>::filled(1);
-    std::size_t vertices = 1;
+    SplineScratch<D>& work = *scratch_;
+    Index<D> counts        = cells_ + Index<D>::filled(1);
+    std::size_t vertices   = 1;
     std::array<const AxisMatrix*, D> matrices{};
     for (int a = 0; a < D; ++a) {
         vertices *= counts[a];
@@ -458,12 +470,12 @@ void SplineScheme<D>::show(const Model<D>& model, State<D>& s) const
     along_axes<D>(matrices, work.between, work.v.data(), work.column.data());
     std::ptrdiff_t number = 0;
     IndexBox<D>{{}, counts}.for_each([&](const Index<D>& k) {
-        const Lanes from = is_seen(model, s, k) ? work.column[number] : Lanes(0.0);
+        const Lanes from = is_seen(k) ? work.column[number] : Lanes(0.0);
         ++number;
         const Index<D> at = k + Index<D>::filled(s.lattice.margin);
         double volume     = 1.0;
         for (int a = 0; a < D; ++a) volume *= s.lattice.node_length(a, at[a]);
-        Lanes& to = s.nodes[s.lattice.offset(at)];
+        Lanes& to = s.field.nodes[s.lattice.offset(at)];
         to        = Lanes(0.0);
         for (int a = 0; a < D; ++a) to[NodeLane::velocity + a] = from[SplineLane::velocity + a];
         to[NodeLane::mass]   = from[SplineLane::density] * volume;
@@ -475,14 +487,14 @@ void SplineScheme<D>::show(const Model<D>& model, State<D>& s) const
 template <int D>
 void SplineScheme<D>::report(State<D>& s) const
 {
-    SplineWork<D>& work         = s.spline;
+    SplineScratch<D>& work      = *scratch_;
     const std::size_t functions = v_space_.count();
     parallel_for_each(static_cast<std::ptrdiff_t>(functions), [&](std::ptrdiff_t i) {
         work.p[i]                      = work.v[i];
         work.p[i][SplineLane::density] = 1.0;
     });
     clear(work.q, functions);
-    multiply_mass(s, work.p.data(), work.q.data());
+    multiply_mass(work.p.data(), work.q.data());
     const Lanes after = parallel_reduce(
         static_cast<std::ptrdiff_t>(functions), Lanes(0.0), [&](std::ptrdiff_t i) { return work.q[i]; }, add);
     static_assert(SplineLane::velocity == NodeLane::velocity && SplineLane::density == NodeLane::mass);
@@ -490,14 +502,14 @@ void SplineScheme<D>::report(State<D>& s) const
 }
 
 template <int D>
-void SplineScheme<D>::project(const Model<D>& model, State<D>& s) const
+void SplineScheme<D>::find_projection(State<D>& s) const
 {
-    s.spline.is_near = false;
-    sort(model, s);
-    if (is_cut_) find_body(model, s);
-    fit_velocity(model, s);
-    find_density(model, s);
-    show(model, s);
+    scratch_->is_near = false;
+    sort(s);
+    if (is_cut_) find_body(s);
+    fit_velocity(s);
+    find_density(s);
+    show(s);
     report(s);
 }
 

@@ -2,8 +2,7 @@
 // passes for the particles as they lie; for `ordo bench`. It knows nothing of times and of counters in hardware.
 #pragma once
 
-#include "method/explicit.hpp"
-#include "method/state.hpp"
+#include "method/scheme.hpp"
 
 #include <array>
 
@@ -41,6 +40,11 @@ struct StepWork {
 /// not read first, as in the triad of `ordo bench --machine`. The sort, body forces, tractions, conditions and images of
 /// periodic axes are not counted.
 template <int D>
-StepWork count_work(const Model<D>& model, State<D>& s, double mass_solves, double mass_iterations);
+StepWork count_work(const Scheme<D>& scheme, State<D>& s, double mass_solves, double mass_iterations);
+
+/// The same for the stages of splines, with the iterations of each of their systems, see SplineScratch. A sum over the functions of
+/// a particle goes axis by axis, as one over the Gauss points of a cell.
+template <int D>
+StepWork count_spline_work(const Model<D>& model, const State<D>& s, const std::array<long, 4>& iterations);
 
 }  // namespace ordo

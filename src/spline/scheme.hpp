@@ -2,26 +2,20 @@
 // gradient is projected onto the splines of the stress, and particles are the data of Runge-Kutta stages (docs/high_order.md).
 #pragma once
 
-#include "grid/banded.hpp"
-#include "grid/spline_axis.hpp"
-#include "kernels/spline.hpp"
 #include "kernels/sweep.hpp"
-#include "method/cut_factor.hpp"
-#include "method/spline_work.hpp"
-#include "method/stage_times.hpp"
+#include "method/scheme.hpp"
+#include "spline/axis_mass.hpp"
+#include "spline/axis_matrix.hpp"
+#include "spline/cell.hpp"
+#include "spline/cut_factor.hpp"
+#include "spline/scratch.hpp"
 
 #include <array>
-#include <functional>
+#include <memory>
 #include <utility>
 #include <vector>
 
 namespace ordo {
-
-struct MethodSpec;
-template <int D>
-struct Model;
-template <int D>
-struct State;
 
 /// Values of an axis' functions, or their slopes, at the Gauss points of each of its cells.
 struct GaussRows {
@@ -46,26 +40,20 @@ void require_spline_model(const Model<D>& model);
 ///     M a_h = f,   M_ij = int rho_h N_i N_j,   f_i = int -s_h grad N_i + N_i rho_h b_h
 ///     L_h = the L2 projection of grad v_h onto the splines of the stress
 ///     x' = v_h(x),  v' = a_h(x),  F' = L_h(x) F
+///
+/// Steps one state at a time: what it works with is its own.
 template <int D>
-class SplineScheme {
+class SplineScheme final : public Scheme<D> {
   public:
     /// Throws InputError, see require_spline_model.
-    explicit SplineScheme(const Model<D>& model);
+    explicit SplineScheme(Model<D> model);
 
-    /// Sets the body force of all particles at a time.
-    using Forces = std::function<void(double t)>;
+    using Scheme<D>::model;
 
-    /// One step of particles and time; records of nodes become those of its start. Throws NumericalError, the particles being
-    /// those of the start.
-    void step(const Model<D>& model, State<D>& s, double dt, const Forces& forces, StageTimes* times) const;
+    /// v_h, a_h and L_h at the particles, in `scratch`, for particles as they are with the body forces that they have.
+    void evaluate(State<D>& s) const;
 
-    /// v_h, a_h and L_h at the particles, in `s.spline`, for particles as they are with the body forces that they have.
-    void evaluate(const Model<D>& model, State<D>& s, StageTimes* times = nullptr) const;
-
-    /// Fits velocities and densities alone: velocity and mass at the vertices of cells, in the records of `s.nodes`, and mass and
-    /// momentum of grid and particles.
-    void project(const Model<D>& model, State<D>& s) const;
-
+    const SplineScratch<D>& scratch() const { return *scratch_; }
     const SplineSpace<D>& velocity_space() const { return v_space_; }
     const SplineSpace<D>& stress_space() const { return s_space_; }
 
@@ -80,44 +68,52 @@ class SplineScheme {
     struct Conjugate;
     using Factors = std::array<Banded<Lanes>, D>;
 
-    void sort(const Model<D>& model, State<D>& s) const;
-    void find_body(const Model<D>& model, State<D>& s) const;
-    void show(const Model<D>& model, State<D>& s) const;
+    /// Fits velocities and densities alone: velocity and mass at the vertices of cells, in the records of the nodes, and mass and
+    /// momentum of grid and particles.
+    void find_projection(State<D>& s) const override;
+    /// The stages; records of nodes become those of the start of the step. Throws NumericalError, the particles being those of the
+    /// start.
+    void take_step(State<D>& s, double dt) const override;
+    using Scheme<D>::times;
+
+    void find_slopes(State<D>& s) const;
+    void sort(State<D>& s) const;
+    void find_body(State<D>& s) const;
+    void show(State<D>& s) const;
     void report(State<D>& s) const;
-    void fit_velocity(const Model<D>& model, State<D>& s) const;
-    void fit_stress(const Model<D>& model, State<D>& s) const;
-    void find_density(const Model<D>& model, State<D>& s) const;
-    void solve_acceleration(const Model<D>& model, State<D>& s) const;
-    void project_gradient(const Model<D>& model, State<D>& s) const;
+    void fit_velocity(State<D>& s) const;
+    void fit_stress(State<D>& s) const;
+    void find_density(State<D>& s) const;
+    void solve_acceleration(State<D>& s) const;
+    void project_gradient(State<D>& s) const;
     /// On bodies with free surfaces, by quadrature: b -= int s_h grad N_i, and the projection of the gradient.
-    void subtract_force(State<D>& s) const;
-    void project_gradient_of_body(const Model<D>& model, State<D>& s) const;
-    void damp_surface(const Model<D>& model, State<D>& s, const Lanes& ghost_weight) const;
+    void subtract_force() const;
+    void project_gradient_of_body(State<D>& s) const;
+    void damp_surface(const Lanes& ghost_weight) const;
     /// work.at_points = weights, volumes, times splines of a space, or times their slopes along an axis; and to += the transposed
     /// of value(work.at_points).
-    void evaluate_at_points(State<D>& s, const SplineSpace<D>& space, int slope_axis, const Lanes* from) const;
+    void evaluate_at_points(const SplineSpace<D>& space, int slope_axis, const Lanes* from) const;
     template <class Value>
-    void integrate_at_points(State<D>& s, const SplineSpace<D>& space, int slope_axis, const Value& value, Lanes* to) const;
-    void integrate_functions(State<D>& s, const SplineSpace<D>& space, Lanes* to) const;
+    void integrate_at_points(const SplineSpace<D>& space, int slope_axis, const Value& value, Lanes* to) const;
+    void integrate_functions(const SplineSpace<D>& space, Lanes* to) const;
     /// work.at_points = value(k).
     template <class Value>
-    void fill_points(State<D>& s, const Value& value) const;
+    void fill_points(const Value& value) const;
     double point_weight(const CutPoints& points, std::ptrdiff_t k) const;
     template <int P>
     std::array<double, D*(P + 1)> cut_row(const CutPoints& points, std::ptrdiff_t k, const SplineSpace<D>& space,
                                           int slope_axis) const;
-    CutFactor<D> factor_at_points(const State<D>& s, const SplineSpace<D>& space, const GhostPenalty<D>& ghost,
-                                  double ghost_weight) const;
+    CutFactor<D> factor_at_points(const SplineSpace<D>& space, const GhostPenalty<D>& ghost, double ghost_weight) const;
     template <class Weight>
     static Lanes mean_weight(const State<D>& s, const Weight& weight);
-    Cover cover_of(const State<D>& s, int cell) const;
-    bool is_seen(const Model<D>& model, const State<D>& s, const Index<D>& vertex) const;
-    void subtract_force_of_full_grid(State<D>& s) const;
+    Cover cover_of(int cell) const;
+    bool is_seen(const Index<D>& vertex) const;
+    void subtract_force_of_full_grid() const;
     Vec<D, const double*> tables(const SplineSpace<D>& space, int slope_axis, const Index<D>& cell) const;
-    void multiply_mass(const State<D>& s, const Lanes* from, Lanes* to) const;
+    void multiply_mass(const Lanes* from, Lanes* to) const;
     /// What fits of particles differ in.
     struct FitTask {
-        typename SplineWork<D>::Solve solve;
+        typename SplineScratch<D>::Solve solve;
         const char* what;  ///< for messages
         const SplineSpace<D>& space;
         const SampleRows& rows;
@@ -128,24 +124,24 @@ class SplineScheme {
         bool is_known;                 ///< where the body is
     };
     template <class Value, class Weight>
-    void fit(const Model<D>& model, State<D>& s, const FitTask& task, const Value& value, const Weight& weight,
-             Array<Lanes>& x) const;
-    void solve(const Model<D>& model, State<D>& s, const System& system, Lanes* x, Lanes* b) const;
-    void precondition(State<D>& s, const System& system) const;
+    void fit(State<D>& s, const FitTask& task, const Value& value, const Weight& weight, Array<Lanes>& x) const;
+    void solve(State<D>& s, const System& system, Lanes* x, Lanes* b) const;
+    void precondition(const System& system) const;
     void hold(const System& system, Lanes* records) const;
-    void require_enough(const Model<D>& model, State<D>& s, const System& system, const Lanes& unit, int singular) const;
-    void hold_walls(const Model<D>& model);
-    void set_axis(const Model<D>& model, int a);
-    void set_colours(const Model<D>& model);
+    void require_enough(State<D>& s, const System& system, const Lanes& unit, int singular) const;
+    void hold_walls();
+    void set_axis(int a);
+    void set_colours();
     void remember(State<D>& s) const;
     void restore(State<D>& s) const;
-    TileReport add_slope(const Model<D>& model, State<D>& s, double part, double further, bool is_last) const;
+    TileReport add_slope(State<D>& s, double part, double further, bool is_last) const;
 
     template <class F>
     void for_each_cell(F&& f) const;
     template <class F>
-    void for_each_covered_cell(const State<D>& s, F&& f) const;
+    void for_each_covered_cell(F&& f) const;
 
+    std::unique_ptr<SplineScratch<D>> scratch_ = std::make_unique<SplineScratch<D>>();
     SplineSpace<D> v_space_, s_space_;
     Index<D> cells_{};
     int cell_count_             = 0;

@@ -1,10 +1,11 @@
-#include "method/work.hpp"
+#include "app/work.hpp"
 
 #include "kernels/cell_fields.hpp"
 #include "kernels/cell_gradient.hpp"
 #include "kernels/monomials.hpp"
 #include "method/passes.hpp"
 #include "shape/box.hpp"
+#include "spline/scheme.hpp"
 
 #include <algorithm>
 
@@ -198,47 +199,43 @@ class Counter {
 
     StepWork count(double mass_solves, double mass_iterations)
     {
-        if (is_spline_fit(method_)) {
-            fit_splines();
-            return total_;
-        }
         clear();
         bool has_velocities = true;
-        if (method_.scheme == Scheme::usf) {
-            project();
-            velocities();
+        if (method_.scheme == TimeScheme::usf) {
+            find_momenta();
+            find_velocities();
             copy();
             find_gradients();
             gather(kStress | kPast);
             add_forces(false);
         } else {
-            has_velocities = project_and_force();
+            has_velocities = find_momenta_and_forces();
         }
-        if (!has_velocities && (method_.mass == MassMatrix::lumped || s_.constraints.has_prescribed())) velocities();
-        advance();
+        if (!has_velocities && (method_.mass == MassMatrix::lumped || s_.field.constraints.has_prescribed())) find_velocities();
+        kick();
         switch (method_.scheme) {
-        case Scheme::usf:
+        case TimeScheme::usf:
             keep();
             gather(kVelocity);
             if (passes_.move) gather(kMove);
             break;
-        case Scheme::usl:
+        case TimeScheme::usl:
             if (!stores_gradient(method_)) keep();
             find_gradients();
             gather(kVelocity | kStress | kMove);
             break;
-        case Scheme::musl:
+        case TimeScheme::musl:
             gather(kVelocity);
             keep();
             clear();
-            project();
-            velocities();
+            find_momenta();
+            find_velocities();
             find_gradients();
             gather(kStress);
             if (passes_.move) gather(kMove);
             break;
-        case Scheme::rk3:
-        case Scheme::rk4: break;  // of splines
+        case TimeScheme::rk3:
+        case TimeScheme::rk4: break;  // of SplineScheme
         }
         move_corners();
         solve_mass(mass_solves, mass_iterations);
@@ -256,12 +253,13 @@ class Counter {
     {
         auto count_where = [&](const Array<Lanes>& records, int size, int part, int lane, double& there) {
             if (records.empty()) return;
-            for (const Index<D>& block : s_.tiles.blocks())
-                s_.tiles.nodes_of(block).for_each(
+            for (const Index<D>& block : s_.field.tiles.blocks())
+                s_.field.tiles.nodes_of(block).for_each(
                     [&](const Index<D>& at) { there += records[s_.lattice.offset(at) * size + part][lane] > 0; });
         };
-        for (const Index<D>& block : s_.tiles.blocks()) s_.tiles.nodes_of(block).for_each([&](const Index<D>&) { ++active_; });
-        count_where(s_.nodes, 1, 0, NodeLane::mass, massive_);
+        for (const Index<D>& block : s_.field.tiles.blocks())
+            s_.field.tiles.nodes_of(block).for_each([&](const Index<D>&) { ++active_; });
+        count_where(s_.field.nodes, 1, 0, NodeLane::mass, massive_);
         count_where(s_.cell_contents, 1, 0, NodeLane::volume, cells_);
         if (passes_.velocity_fit.size > 0) count_where(s_.velocity_records, passes_.velocity_fit.size, 0, 0, targets_);
         if (passes_.cell_fit.size > 0) count_where(s_.cell_records, passes_.cell_fit.size, 0, 0, cell_targets_);
@@ -279,7 +277,7 @@ class Counter {
     /// 1/m, and its product with the lanes.
     void lumped_velocities() { add(Stage::nodes, (1 + kLanes) * massive_, kRecord * (active_ + massive_)); }
     /// dt/m, dt a = (dt/m) f + dt g, its difference to f, and the sum with the lanes.
-    void advance() { add(Stage::nodes, (1 + 2 * 3 + 3 + kLanes) * massive_, kRecord * (active_ + massive_)); }
+    void kick() { add(Stage::nodes, (1 + 2 * 3 + 3 + kLanes) * massive_, kRecord * (active_ + massive_)); }
 
     // Scatters.
     void scatter(double flops, double fields) { add(Stage::scatter, flops, place_ + n_ * fields + 2 * kRecord * massive_); }
@@ -312,7 +310,7 @@ class Counter {
             scatter(kLanes * sums_.spread_value + n_ * D, fields);
         }
     }
-    void project()
+    void find_momenta()
     {
         if (!has_tls_velocity(method_)) {
             project_particles();
@@ -326,7 +324,7 @@ class Counter {
         settle_masses();
     }
     /// True where nodes have velocities afterwards.
-    bool project_and_force()
+    bool find_momenta_and_forces()
     {
         const bool finds_velocities = passes_.velocity_fit.solve || method_.quadrature == Quadrature::cell;
         const bool is_fused         = passes_.project_and_force && !passes_.cell_fit.spread;
@@ -334,8 +332,8 @@ class Counter {
             scatter(kLanes * sums_.spread + n_ * (D + D * D + body_force_flops()),
                     size_of(p_.m) + size_of(p_.v) + size_of(p_.V) + size_of(p_.sigma) + size_of(p_.b));
         else
-            project();
-        if (finds_velocities) velocities();
+            find_momenta();
+        if (finds_velocities) find_velocities();
         if (!is_fused) add_forces(has_tls_velocity(method_));
         return finds_velocities;
     }
@@ -366,7 +364,7 @@ class Counter {
     void settle_masses() { add(Stage::nodes, 0, kRecord * (2 * active_ + massive_)); }
 
     // Fits.
-    void velocities()
+    void find_velocities()
     {
         if (passes_.velocity_fit.solve) {
             spread_velocity();
@@ -503,7 +501,7 @@ class Counter {
     void solve_mass(double solves, double iterations)
     {
         if (method_.mass != MassMatrix::consistent || solves == 0) return;
-        const MassSystem<D>& m = s_.mass;
+        const MassSystem<D>& m = s_.field.mass;
         const auto rows_solved = static_cast<double>(m.rows.count());
         const bool has_lumped =
             std::any_of(m.lanes.data() + 1, m.lanes.data() + m.rows.end(), [](unsigned char lanes) { return lanes == 0; });
@@ -539,43 +537,6 @@ class Counter {
         add(Stage::nodes, count * (D * nodes + nodes * (nodes + 1)), fields + 3 * sizeof(double) * rows.size * rows_solved);
     }
 
-    /// The stages of projection spline-fit, with the iterations of the last step. A sum over the functions of a particle goes
-    /// axis by axis, as one over the Gauss points of a cell.
-    void fit_splines()
-    {
-        using Fields              = SplineWork<D>;
-        const SplineWork<D>& work = s_.spline;
-        const double stages = stages_of(method_.scheme), vector_operations = 16;
-        const int degrees[] = {degree_of(method_.basis), static_cast<int>(method_.stress_degree)};
-        const double points = std::max(degrees[0], degrees[1]) + 1;
-        double cells = 1, functions[] = {1, 1};
-        for (int a = 0; a < D; ++a) {
-            cells *= s_.lattice.cells[a];
-            for (const int k : {0, 1}) functions[k] *= s_.lattice.cells[a] + degrees[k];
-        }
-        auto sum_of = [](double width) { return kLanes * 2 * (D == 1 ? width : width * (1 - std::pow(width, D)) / (1 - width)); };
-        auto solve  = [&](int space, double iterations, double flops, double bytes) {
-            const double band = kLanes * 4 * D * degrees[space];
-            add(Stage::fit, iterations * (flops + functions[space] * (band + kLanes * vector_operations)),
-                 iterations * (bytes + functions[space] * kRecord * (2 * D + 12)));
-        };
-        for (const int k : {0, 1}) {
-            const double width = degrees[k] + 1, one = sum_of(width), rows = n_ * D * width * sizeof(double);
-            const double products = static_cast<double>(work.iterations[k]) + stages;
-            solve(k, products, n_ * 2 * one, rows + n_ * sizeof(double) + 2 * kRecord * functions[k]);
-            add(Stage::fit, stages * n_ * 2 * one, stages * (rows + n_ * sizeof(Mat<D>)));  // right-hand sides and sums of rows
-            const double records = 1 + k * (D - 1);                                         // a column of the gradient each
-            add(Stage::gather, stages * n_ * records * one, stages * (rows + records * kRecord * functions[k]));
-        }
-        double contractions = 0;  // of a cell's functions to its Gauss points
-        for (int a = 0; a < D; ++a) contractions += kLanes * 2 * std::pow(points, a + 1) * std::pow(degrees[0] + 1, D - a);
-        const double gauss = std::pow(points, D);
-        solve(0, static_cast<double>(work.iterations[Fields::kMass]) + 3 * stages, cells * (2 * contractions + kLanes * gauss),
-              cells * gauss * sizeof(double) + 2 * kRecord * functions[0]);
-        add(Stage::gather, stages * n_ * (kProduct<D> + kDeformFlops<D> + 16 * D + 4 * D * D),
-            stages * n_ * (6 * sizeof(Vec<D>) + 6 * sizeof(Mat<D>)));
-    }
-
     const MethodSpec& method_;
     State<D>& s_;
     const Passes<D> passes_;
@@ -600,13 +561,59 @@ Work StepWork::total() const
 }
 
 template <int D>
-StepWork count_work(const Model<D>& model, State<D>& s, double mass_solves, double mass_iterations)
+StepWork count_spline_work(const Model<D>& model, const State<D>& s, const std::array<long, 4>& iterations)
 {
-    return Counter<D>(model, s).count(mass_solves, mass_iterations);
+    const MethodSpec& method = model.method;
+    const double n           = s.particles.count;
+    StepWork total;
+    auto add = [&](StageTimes::Stage stage, double flops, double bytes) { total.stages[stage] += {flops, bytes}; };
+
+    const double stages = stages_of(method.scheme), vector_operations = 16;
+    const int degrees[] = {degree_of(method.basis), static_cast<int>(method.stress_degree)};
+    const double points = std::max(degrees[0], degrees[1]) + 1;
+    double cells = 1, functions[] = {1, 1};
+    for (int a = 0; a < D; ++a) {
+        cells *= s.lattice.cells[a];
+        for (const int k : {0, 1}) functions[k] *= s.lattice.cells[a] + degrees[k];
+    }
+    auto sum_of = [](double width) { return kLanes * 2 * (D == 1 ? width : width * (1 - std::pow(width, D)) / (1 - width)); };
+    auto solve  = [&](int space, double products, double flops, double bytes) {
+        const double band = kLanes * 4 * D * degrees[space];
+        add(StageTimes::fit, products * (flops + functions[space] * (band + kLanes * vector_operations)),
+             products * (bytes + functions[space] * kRecord * (2 * D + 12)));
+    };
+    for (const int k : {0, 1}) {
+        const double width = degrees[k] + 1, one = sum_of(width), rows = n * D * width * sizeof(double);
+        const double products = static_cast<double>(iterations[k]) + stages;
+        solve(k, products, n * 2 * one, rows + n * sizeof(double) + 2 * kRecord * functions[k]);
+        add(StageTimes::fit, stages * n * 2 * one, stages * (rows + n * sizeof(Mat<D>)));  // right-hand sides and sums of rows
+        const double records = 1 + k * (D - 1);                                            // a column of the gradient each
+        add(StageTimes::gather, stages * n * records * one, stages * (rows + records * kRecord * functions[k]));
+    }
+    double contractions = 0;  // of a cell's functions to its Gauss points
+    for (int a = 0; a < D; ++a) contractions += kLanes * 2 * std::pow(points, a + 1) * std::pow(degrees[0] + 1, D - a);
+    const double gauss = std::pow(points, D);
+    solve(0, static_cast<double>(iterations[SplineScratch<D>::kMass]) + 3 * stages, cells * (2 * contractions + kLanes * gauss),
+          cells * gauss * sizeof(double) + 2 * kRecord * functions[0]);
+    add(StageTimes::gather, stages * n * (kProduct<D> + kDeformFlops<D> + 16 * D + 4 * D * D),
+        stages * n * (6 * sizeof(Vec<D>) + 6 * sizeof(Mat<D>)));
+    return total;
 }
 
-template StepWork count_work(const Model<1>&, State<1>&, double, double);
-template StepWork count_work(const Model<2>&, State<2>&, double, double);
-template StepWork count_work(const Model<3>&, State<3>&, double, double);
+template <int D>
+StepWork count_work(const Scheme<D>& scheme, State<D>& s, double mass_solves, double mass_iterations)
+{
+    if (const auto* splines = dynamic_cast<const SplineScheme<D>*>(&scheme))
+        return count_spline_work(scheme.model(), s, splines->scratch().iterations);
+    return Counter<D>(scheme.model(), s).count(mass_solves, mass_iterations);
+}
+
+#define ORDO_WORK(D)                                                           \
+    template StepWork count_work(const Scheme<D>&, State<D>&, double, double); \
+    template StepWork count_spline_work(const Model<D>&, const State<D>&, const std::array<long, 4>&);
+ORDO_WORK(1)
+ORDO_WORK(2)
+ORDO_WORK(3)
+#undef ORDO_WORK
 
 }  // namespace ordo

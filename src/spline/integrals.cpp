@@ -1,6 +1,6 @@
 // Integrals of SplineScheme over the body: mass, forces, and the projection of the velocity gradient.
 #include "method/place.hpp"
-#include "method/spline_parts.hpp"
+#include "spline/parts.hpp"
 
 #include <fmt/format.h>
 
@@ -31,13 +31,13 @@ Vec<D, const double*> SplineScheme<D>::tables(const SplineSpace<D>& space, int s
 
 /// rho_h at Gauss points, times their weights.
 template <int D>
-void SplineScheme<D>::find_density(const Model<D>& model, State<D>& s) const
+void SplineScheme<D>::find_density(State<D>& s) const
 {
-    SplineWork<D>& work = s.spline;
+    SplineScratch<D>& work = *scratch_;
     keep_room(work.density, gauss_count_ + work.body.points.count());
     std::vector<unsigned char> is_negative(cell_count_, 0);
     with_degree(v_space_.axis[0].degree, [&]<int P>() {
-        for_each_covered_cell(s, [&](const Index<D>& at, int number, Cover cover) {
+        for_each_covered_cell([&](const Index<D>& at, int number, Cover cover) {
             SplineCell<D, P> cell(v_space_, at);
             cell.load(work.v.data());
             auto note = [&](double density) {
@@ -68,31 +68,32 @@ void SplineScheme<D>::find_density(const Model<D>& model, State<D>& s) const
     throw NumericalError(
         fmt::format("step {}, t = {:.6g} s: the density that fits the particles is not positive in the cell at {}: "
                     "more particles a cell, a finer grid or a smaller deformation may help",
-                    s.n, s.t, place_text(place_of(model, y))));
+                    s.n, s.t, place_text(place_of(model(), y))));
 }
 
 /// to += M from, M_ij = sum_g w_g rho_h N_i N_j over Gauss points.
 template <int D>
-void SplineScheme<D>::multiply_mass(const State<D>& s, const Lanes* from, Lanes* to) const
+void SplineScheme<D>::multiply_mass(const Lanes* from, Lanes* to) const
 {
+    SplineScratch<D>& work = *scratch_;
     with_degree(v_space_.axis[0].degree, [&]<int P>() {
-        for_each_covered_cell(s, [&](const Index<D>& at, int number, Cover cover) {
+        for_each_covered_cell([&](const Index<D>& at, int number, Cover cover) {
             SplineCell<D, P> cell(v_space_, at);
             cell.load(from);
             if (cover == Cover::part) {
-                const CutPoints& points = s.spline.body.points;
+                const CutPoints& points = work.body.points;
                 SplineCell<D, P> out(v_space_, at);
                 out.clear();
                 for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k) {
                     const double* w = points.v_values.data() + k * points.v_width;
-                    out.spread(w, cell.collect(w) * s.spline.density[gauss_count_ + k]);
+                    out.spread(w, cell.collect(w) * work.density[gauss_count_ + k]);
                 }
                 out.add_to(to);
                 return;
             }
             CellQuadrature<D, P> q(tables(v_space_, -1, at), points_);
             q.evaluate(cell);
-            const double* density = s.spline.density.data() + number * per_cell_;
+            const double* density = work.density.data() + number * per_cell_;
             for (std::ptrdiff_t g = 0; g < per_cell_; ++g) q.values[g] = q.values[g] * density[g];
             q.integrate(cell);
             cell.add_to(to);
@@ -117,11 +118,12 @@ std::array<double, D*(P + 1)> SplineScheme<D>::cut_row(const CutPoints& points, 
 
 template <int D>
 template <class Value>
-void SplineScheme<D>::fill_points(State<D>& s, const Value& value) const
+void SplineScheme<D>::fill_points(const Value& value) const
 {
-    const std::ptrdiff_t count = gauss_count_ + s.spline.body.points.count();
-    keep_room(s.spline.at_points, count);
-    parallel_for_each(count, [&](std::ptrdiff_t k) { s.spline.at_points[k] = Lanes(value(k)); });
+    SplineScratch<D>& work     = *scratch_;
+    const std::ptrdiff_t count = gauss_count_ + work.body.points.count();
+    keep_room(work.at_points, count);
+    parallel_for_each(count, [&](std::ptrdiff_t k) { work.at_points[k] = Lanes(value(k)); });
 }
 
 template <int D>
@@ -131,13 +133,14 @@ double SplineScheme<D>::point_weight(const CutPoints& points, std::ptrdiff_t k) 
 }
 
 template <int D>
-void SplineScheme<D>::evaluate_at_points(State<D>& s, const SplineSpace<D>& space, int slope_axis, const Lanes* from) const
+void SplineScheme<D>::evaluate_at_points(const SplineSpace<D>& space, int slope_axis, const Lanes* from) const
 {
-    const CutPoints& points = s.spline.body.points;
-    Array<Lanes>& to        = s.spline.at_points;
+    SplineScratch<D>& work  = *scratch_;
+    const CutPoints& points = work.body.points;
+    Array<Lanes>& to        = work.at_points;
     keep_room(to, gauss_count_ + points.count());
     with_degree(space.axis[0].degree, [&]<int P>() {
-        for_each_covered_cell(s, [&](const Index<D>& at, int number, Cover cover) {
+        for_each_covered_cell([&](const Index<D>& at, int number, Cover cover) {
             SplineCell<D, P> cell(space, at);
             cell.load(from);
             if (cover == Cover::all) {
@@ -154,13 +157,14 @@ void SplineScheme<D>::evaluate_at_points(State<D>& s, const SplineSpace<D>& spac
 
 /// Of the matrix with work.at_points for weights, and a penalty.
 template <int D>
-CutFactor<D> SplineScheme<D>::factor_at_points(const State<D>& s, const SplineSpace<D>& space, const GhostPenalty<D>& ghost,
+CutFactor<D> SplineScheme<D>::factor_at_points(const SplineSpace<D>& space, const GhostPenalty<D>& ghost,
                                                double ghost_weight) const
 {
+    SplineScratch<D>& work = *scratch_;
     CutFactor<D> factor(space);
-    const CutPoints& points = s.spline.body.points;
+    const CutPoints& points = work.body.points;
     with_degree(space.axis[0].degree, [&]<int P>() {
-        for_each_covered_cell(s, [&](const Index<D>& at, int number, Cover cover) {
+        for_each_covered_cell([&](const Index<D>& at, int number, Cover cover) {
             CellBlock<D, P> block;
             if (cover == Cover::all) {
                 const Vec<D, const double*> table = tables(space, -1, at);
@@ -168,14 +172,14 @@ CutFactor<D> SplineScheme<D>::factor_at_points(const State<D>& s, const SplineSp
                 IndexBox<D>{{}, Index<D>::filled(points_)}.for_each([&](const Index<D>& k) {
                     Vec<D, const double*> rows{};
                     for (int a = 0; a < D; ++a) rows[a] = table[a] + k[a] * (P + 1);
-                    block.add(rows, s.spline.at_points[g++][0]);
+                    block.add(rows, work.at_points[g++][0]);
                 });
             }
             for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k) {
                 const auto row = cut_row<P>(points, k, space, -1);
                 Vec<D, const double*> rows{};
                 for (int a = 0; a < D; ++a) rows[a] = row.data() + a * (P + 1);
-                block.add(rows, s.spline.at_points[gauss_count_ + k][0]);
+                block.add(rows, work.at_points[gauss_count_ + k][0]);
             }
             block.add_to(space, at, factor);
         });
@@ -186,22 +190,22 @@ CutFactor<D> SplineScheme<D>::factor_at_points(const State<D>& s, const SplineSp
 
 template <int D>
 template <class Value>
-void SplineScheme<D>::integrate_at_points(State<D>& s, const SplineSpace<D>& space, int slope_axis, const Value& value,
-                                          Lanes* to) const
+void SplineScheme<D>::integrate_at_points(const SplineSpace<D>& space, int slope_axis, const Value& value, Lanes* to) const
 {
-    const CutPoints& points = s.spline.body.points;
+    SplineScratch<D>& work  = *scratch_;
+    const CutPoints& points = work.body.points;
     with_degree(space.axis[0].degree, [&]<int P>() {
-        for_each_covered_cell(s, [&](const Index<D>& at, int number, Cover cover) {
+        for_each_covered_cell([&](const Index<D>& at, int number, Cover cover) {
             SplineCell<D, P> cell(space, at);
             cell.clear();
             if (cover == Cover::all) {
                 CellQuadrature<D, P> q(tables(space, slope_axis, at), points_);
-                const Lanes* from = s.spline.at_points.data() + number * per_cell_;
+                const Lanes* from = work.at_points.data() + number * per_cell_;
                 for (std::ptrdiff_t g = 0; g < per_cell_; ++g) q.values[g] = value(from[g]);
                 q.integrate(cell);
             }
             for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k)
-                cell.spread(cut_row<P>(points, k, space, slope_axis).data(), value(s.spline.at_points[gauss_count_ + k]));
+                cell.spread(cut_row<P>(points, k, space, slope_axis).data(), value(work.at_points[gauss_count_ + k]));
             cell.add_to(to);
         });
     });
@@ -209,38 +213,40 @@ void SplineScheme<D>::integrate_at_points(State<D>& s, const SplineSpace<D>& spa
 
 /// to += the integrals of the functions over the body; work.at_points keep the weights.
 template <int D>
-void SplineScheme<D>::integrate_functions(State<D>& s, const SplineSpace<D>& space, Lanes* to) const
+void SplineScheme<D>::integrate_functions(const SplineSpace<D>& space, Lanes* to) const
 {
-    fill_points(s, [&](std::ptrdiff_t k) { return point_weight(s.spline.body.points, k); });
+    SplineScratch<D>& work = *scratch_;
+    fill_points([&](std::ptrdiff_t k) { return point_weight(work.body.points, k); });
     integrate_at_points(
-        s, space, -1, [](const Lanes& weight) { return weight; }, to);
+        space, -1, [](const Lanes& weight) { return weight; }, to);
 }
 
 template <int D>
-void SplineScheme<D>::subtract_force(State<D>& s) const
+void SplineScheme<D>::subtract_force() const
 {
-    evaluate_at_points(s, s_space_, -1, s.spline.s.data());
+    SplineScratch<D>& work = *scratch_;
+    evaluate_at_points(s_space_, -1, work.s.data());
     for (int b = 0; b < D; ++b)
         integrate_at_points(
-            s, v_space_, b,
+            v_space_, b,
             [b](const Lanes& sigma) {
                 Lanes r(0.0);
                 for (int a = 0; a < D; ++a) r[SplineLane::acceleration + a] = -sigma[stress_lane<D>(a, b)];
                 return r;
             },
-            s.spline.b.data());
+            work.b.data());
 }
 
 template <int D>
-void SplineScheme<D>::project_gradient_of_body(const Model<D>& model, State<D>& s) const
+void SplineScheme<D>::project_gradient_of_body(State<D>& s) const
 {
-    SplineWork<D>& work         = s.spline;
+    SplineScratch<D>& work      = *scratch_;
     const std::size_t functions = s_space_.count();
     auto same                   = [](const Lanes& value) { return value; };
     clear(work.sums, functions);
-    integrate_functions(s, s_space_, work.sums.data());
-    const CutFactor<D> factor = factor_at_points(s, s_space_, work.body.s, kGhostOfMasses * cell_volume_);
-    const System system{SplineWork<D>::kGradient,
+    integrate_functions(s_space_, work.sums.data());
+    const CutFactor<D> factor = factor_at_points(s_space_, work.body.s, kGhostOfMasses * cell_volume_);
+    const System system{SplineScratch<D>::kGradient,
                         "the projection of the velocity gradient",
                         s_space_,
                         s_factors_,
@@ -250,23 +256,23 @@ void SplineScheme<D>::project_gradient_of_body(const Model<D>& model, State<D>& 
                         Lanes(kGhostOfMasses * cell_volume_),
                         &factor,
                         [&](const Lanes* from, Lanes* to) {
-                            evaluate_at_points(s, s_space_, -1, from);
-                            integrate_at_points(s, s_space_, -1, same, to);
+                            evaluate_at_points(s_space_, -1, from);
+                            integrate_at_points(s_space_, -1, same, to);
                         }};
     for (int b = 0; b < D; ++b) {
         if (!work.is_near) clear(work.L[b], functions);
         clear(work.b, functions);
-        evaluate_at_points(s, v_space_, b, work.v.data());
-        integrate_at_points(s, s_space_, -1, same, work.b.data());
-        solve(model, s, system, work.L[b].data(), work.b.data());
+        evaluate_at_points(v_space_, b, work.v.data());
+        integrate_at_points(s_space_, -1, same, work.b.data());
+        solve(s, system, work.L[b].data(), work.b.data());
     }
 }
 
 /// The same where bodies fill the grid: axis by axis.
 template <int D>
-void SplineScheme<D>::subtract_force_of_full_grid(State<D>& s) const
+void SplineScheme<D>::subtract_force_of_full_grid() const
 {
-    SplineWork<D>& work         = s.spline;
+    SplineScratch<D>& work      = *scratch_;
     const std::size_t functions = v_space_.count();
     const auto stresses         = static_cast<std::ptrdiff_t>(s_space_.count());
     keep_room(work.column, static_cast<std::size_t>(stresses));
@@ -288,10 +294,10 @@ void SplineScheme<D>::subtract_force_of_full_grid(State<D>& s) const
 /// b -= kGhostRate c/h G v, G the penalty of M: jumps of the velocity across faces of cut cells decay. Without that, displacements of
 /// the highest wave numbers grow at surfaces with stress along them (docs/high_order.md).
 template <int D>
-void SplineScheme<D>::damp_surface(const Model<D>& model, State<D>& s, const Lanes& ghost_weight) const
+void SplineScheme<D>::damp_surface(const Lanes& ghost_weight) const
 {
-    SplineWork<D>& work = s.spline;
-    const double rate   = kGhostRate * model.materials[0].wave_speed() / *std::min_element(model.h.c, model.h.c + D);
+    SplineScratch<D>& work = *scratch_;
+    const double rate      = kGhostRate * model().materials[0].wave_speed() / *std::min_element(model().h.c, model().h.c + D);
     keep_room(work.q, v_space_.count());
     parallel_for_each(static_cast<std::ptrdiff_t>(v_space_.count()), [&](std::ptrdiff_t i) {
         work.q[i] = Lanes(0.0);
@@ -302,9 +308,9 @@ void SplineScheme<D>::damp_surface(const Model<D>& model, State<D>& s, const Lan
 
 /// M a = M b - int s_h grad N_i.
 template <int D>
-void SplineScheme<D>::solve_acceleration(const Model<D>& model, State<D>& s) const
+void SplineScheme<D>::solve_acceleration(State<D>& s) const
 {
-    SplineWork<D>& work         = s.spline;
+    SplineScratch<D>& work      = *scratch_;
     const std::size_t functions = v_space_.count();
     const Lanes only            = make_lanes(0, 0, 0, 0, 1, 1, 1, 0);
     keep_room(work.part, functions);
@@ -314,7 +320,7 @@ void SplineScheme<D>::solve_acceleration(const Model<D>& model, State<D>& s) con
         work.part[i][SplineLane::density] = 1.0;
     });
     clear(work.sums, functions);
-    multiply_mass(s, work.part.data(), work.sums.data());  // M b, and the sums of rows
+    multiply_mass(work.part.data(), work.sums.data());  // M b, and the sums of rows
     Lanes ghost_weight(0.0);
     if (is_cut_) {
         ghost_weight = mean_weight(s, [&](int i) { return Lanes(s.particles.m[i]); }) * (kGhostOfMasses * cell_volume_);
@@ -322,10 +328,10 @@ void SplineScheme<D>::solve_acceleration(const Model<D>& model, State<D>& s) con
     }
     clear(work.b, functions);
     if (is_cut_) {
-        subtract_force(s);
-        if (D > 1) damp_surface(model, s, ghost_weight);
+        subtract_force();
+        if (D > 1) damp_surface(ghost_weight);
     } else {
-        subtract_force_of_full_grid(s);
+        subtract_force_of_full_grid();
     }
     parallel_for_each(static_cast<std::ptrdiff_t>(functions), [&](std::ptrdiff_t i) {
         work.b[i] += work.sums[i] * only;
@@ -337,8 +343,8 @@ void SplineScheme<D>::solve_acceleration(const Model<D>& model, State<D>& s) con
     const bool is_exact = D == 1 && !is_cut_;
     std::optional<CutFactor<D>> factor;
     if (is_cut_) {
-        fill_points(s, [&](std::ptrdiff_t k) { return work.density[k]; });
-        factor.emplace(factor_at_points(s, v_space_, work.body.v, ghost_weight[0]));
+        fill_points([&](std::ptrdiff_t k) { return work.density[k]; });
+        factor.emplace(factor_at_points(v_space_, work.body.v, ghost_weight[0]));
     }
     if (is_exact) {
         const SplineAxis& axis = v_space_.axis[0];
@@ -349,7 +355,7 @@ void SplineScheme<D>::solve_acceleration(const Model<D>& model, State<D>& s) con
                          Lanes(work.density[cell * points_ + g]));
         exact[0] = mass.factored(0.0).first;
     }
-    const System system{SplineWork<D>::kMass,
+    const System system{SplineScratch<D>::kMass,
                         "the mass matrix of splines",
                         v_space_,
                         is_exact ? exact : a_factors_,
@@ -358,17 +364,17 @@ void SplineScheme<D>::solve_acceleration(const Model<D>& model, State<D>& s) con
                         is_cut_ ? &work.body.v : nullptr,
                         ghost_weight,
                         factor ? &*factor : nullptr,
-                        [&](const Lanes* from, Lanes* to) { multiply_mass(s, from, to); }};
-    solve(model, s, system, work.a.data(), work.b.data());
+                        [&](const Lanes* from, Lanes* to) { multiply_mass(from, to); }};
+    solve(s, system, work.a.data(), work.b.data());
 }
 
 /// L_h, column by column, int N^S (L_h - grad v_h) = 0.
 template <int D>
-void SplineScheme<D>::project_gradient(const Model<D>& model, State<D>& s) const
+void SplineScheme<D>::project_gradient(State<D>& s) const
 {
-    if (is_cut_) return project_gradient_of_body(model, s);
-    SplineWork<D>& work   = s.spline;
-    const Index<D> counts = s_space_.counts();
+    if (is_cut_) return project_gradient_of_body(s);
+    SplineScratch<D>& work = *scratch_;
+    const Index<D> counts  = s_space_.counts();
     for (int b = 0; b < D; ++b) {
         std::array<const AxisMatrix*, D> matrices{};
         for (int a = 0; a < D; ++a) matrices[a] = a == b ? &slopes_[a] : &values_[a];
@@ -381,12 +387,12 @@ void SplineScheme<D>::project_gradient(const Model<D>& model, State<D>& s) const
     }
 }
 
-#define ORDO_SPLINE_INTEGRALS(D)                                                                        \
-    template void SplineScheme<D>::find_density(const Model<D>&, State<D>&) const;                      \
-    template void SplineScheme<D>::multiply_mass(const State<D>&, const Lanes*, Lanes*) const;          \
-    template void SplineScheme<D>::integrate_functions(State<D>&, const SplineSpace<D>&, Lanes*) const; \
-    template void SplineScheme<D>::solve_acceleration(const Model<D>&, State<D>&) const;                \
-    template void SplineScheme<D>::project_gradient(const Model<D>&, State<D>&) const;
+#define ORDO_SPLINE_INTEGRALS(D)                                                             \
+    template void SplineScheme<D>::find_density(State<D>&) const;                            \
+    template void SplineScheme<D>::multiply_mass(const Lanes*, Lanes*) const;                \
+    template void SplineScheme<D>::integrate_functions(const SplineSpace<D>&, Lanes*) const; \
+    template void SplineScheme<D>::solve_acceleration(State<D>&) const;                      \
+    template void SplineScheme<D>::project_gradient(State<D>&) const;
 ORDO_SPLINE_INTEGRALS(1)
 ORDO_SPLINE_INTEGRALS(2)
 ORDO_SPLINE_INTEGRALS(3)

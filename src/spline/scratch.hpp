@@ -1,11 +1,11 @@
-// What a scheme of splines works with (method/spline_scheme.hpp), in the state of a run.
+// What SplineScheme works with.
 #pragma once
 
 #include "base/array.hpp"
 #include "base/lanes.hpp"
 #include "base/stress.hpp"
 #include "base/vec.hpp"
-#include "method/spline_body.hpp"
+#include "spline/body.hpp"
 
 #include <array>
 #include <vector>
@@ -35,7 +35,7 @@ struct SampleRows {
 
 /// All of it follows from the particles: nothing of it is state.
 template <int D>
-struct SplineWork {
+struct SplineScratch {
     Array<int> order;        ///< particles in the order of their cells
     std::vector<int> first;  ///< of `order` in each cell, and the end
     SampleRows v_rows, s_rows;

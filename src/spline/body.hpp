@@ -4,8 +4,8 @@
 
 #include "base/array.hpp"
 #include "base/lanes.hpp"
-#include "grid/cut_rule.hpp"
-#include "grid/ghost_penalty.hpp"
+#include "spline/cut_rule.hpp"
+#include "spline/ghost_penalty.hpp"
 
 #include <cstddef>
 #include <vector>
@@ -48,7 +48,7 @@ void for_each_cell_of(const Model<D>& model, const IndexBox<D>& box, const F& f)
 }
 
 /// What particles say alone: a cell is whole where each of its 2^D parts, or each cell around it, has a particle; others beside
-/// them are parts, for surfaces are no further. `first` and `order` list the particles of cells, see SplineWork.
+/// them are parts, for surfaces are no further. `first` and `order` list the particles of cells, see SplineScratch.
 template <int D>
 std::vector<Cover> cover_by_particles(const Model<D>& model, const Particles<D>& p, const Array<int>& order,
                                       const std::vector<int>& first);

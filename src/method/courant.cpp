@@ -1,0 +1,150 @@
+#include "method/courant.hpp"
+
+#include "method/enrichment.hpp"
+#include "method/state.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace ordo {
+
+namespace {
+
+/// The highest frequency of splines that are fitted to particles, in c/h: of 16 cells between walls, where the functions at the
+/// walls are the fastest, the largest over degrees of the stress. Between periodic faces it is 3.15 or less. Of the
+/// velocity's splines without knots next to the walls, and with; and of a bar with a free end, the largest over where it cuts its cell.
+double highest_frequency(const MethodSpec& s, bool has_surface)
+{
+    static constexpr double all[] = {3.11, 3.17, 3.82, 4.96, 6.28}, removed[] = {3.08, 3.07, 3.05, 3.28, 4.04},
+                            cut[] = {6.24, 4.45, 5.41, 7.49, 9.77};
+    const int k                   = degree_of(s.basis) - 1;
+    return has_surface ? cut[k] : s.removed_knots > 0 ? removed[k] : all[k];
+}
+
+}  // namespace
+
+double courant_scale(const MethodSpec& s, int dim, bool has_surface)
+{
+    if (is_spline_fit(s)) {
+        const double reach = s.scheme == TimeScheme::rk3 ? 1.732 : 2.828;  // of the scheme along the imaginary axis
+        return reach / (highest_frequency(s, has_surface) * std::sqrt(dim));
+    }
+    const bool lumped    = s.mass == MassMatrix::lumped;
+    const double several = lumped ? 1.0 : 1.0 / std::sqrt(dim);
+    switch (s.basis) {
+    case Basis::hat:
+    case Basis::ddmpm: return lumped ? 1.0 : 0.577 * several;
+    case Basis::bspline2: return lumped ? 0.862 : 0.430 * several;
+    case Basis::bspline3: return lumped ? 0.652 : 0.291 * several;
+    case Basis::bspline4:
+    case Basis::bspline5: break;
+    }
+    return 1.0;
+}
+
+double stable_courant_number(const MethodSpec& s, int dim, bool has_surface)
+{
+    if (is_spline_fit(s)) return courant_scale(s, dim, has_surface);
+    const bool is_point_spline = s.basis == Basis::bspline2 && s.domain == Domain::point;
+    double limit               = 1.0;
+    if (s.mass == MassMatrix::consistent && s.basis == Basis::hat)
+        limit = 0.5 / std::sqrt(dim);
+    else if (s.mass == MassMatrix::lumped && s.scheme == TimeScheme::usl && (s.basis == Basis::hat || is_point_spline))
+        limit = 0.7071;  // 1/sqrt(2), one particle in the middle of each cell
+    return std::min(limit, courant_scale(s, dim));
+}
+
+const std::vector<Instability>& instabilities()
+{
+    static const std::vector<Instability> rows = {
+        {[](const MethodSpec& s) {
+             return s.quadrature == Quadrature::cell ? s.gradient != Gradient::adjoint
+                                                     : s.gradient == Gradient::adjoint && s.quadrature == Quadrature::particle;
+         },
+         "forces and particle gradients are not each other's transpose: quadrature cell and gradient adjoint belong together"},
+        {has_tls_velocity,
+         "velocities by Taylor least squares are not the transpose of the particles' increments; tls = \"stress\" is stable"},
+        {[](const MethodSpec& s) { return fits_velocity(s) && s.scheme == TimeScheme::musl && s.weight != Weight::hat; },
+         "velocities by moving least squares are not the transpose of the particles' increments, and scheme musl, unlike usl, "
+         "does "
+         "not damp what grows"},
+        {[](const MethodSpec& s) { return s.projection == Projection::gradient_enhanced && s.domain != Domain::point; },
+         "projection gradient-enhanced with particle domains is not the transpose of the particles' increments; for points it is "
+         "stable"},
+    };
+    return rows;
+}
+
+const Instability* instability_of(const MethodSpec& s)
+{
+    for (const Instability& row : instabilities())
+        if (row.concerns(s)) return &row;
+    return nullptr;
+}
+
+namespace {
+
+/// The shortest time in which a wave crosses a cell, s: h over the P-wave speed plus |v| for particles that write to the grid,
+/// half the period over pi of the fastest wave of enriched cells.
+template <int D>
+double crossing_time(const Model<D>& model, const Particles<D>& particles)
+{
+    const double enriched = enriched_time_step(model, particles);
+    if (model.method.enrichment == Enrichment::all) return enriched;
+    std::vector<double> c;
+    for (const Material& m : model.materials) c.push_back(m.wave_speed());
+    const double rate = parallel_reduce(
+        particles.count, 0.0,
+        [&](std::ptrdiff_t i) {
+            double r = 0.0;
+            for (int a = 0; a < D; ++a) r = std::max(r, (c[particles.material[i]] + norm(particles.v[i])) / model.h[a]);
+            return r;
+        },
+        [](double& total, double r) { total = std::max(total, r); });
+    return std::min(enriched, rate > 0 ? 1 / rate : std::numeric_limits<double>::infinity());
+}
+
+template <int D>
+double courant_scale(const Model<D>& model)
+{
+    return courant_scale(model.method, D, !model.surface.empty());
+}
+
+}  // namespace
+
+template <int D>
+double stable_courant_number(const Model<D>& model)
+{
+    return stable_courant_number(model.method, D, !model.surface.empty());
+}
+
+template <int D>
+double courant_time_step(const Model<D>& model, const Particles<D>& particles)
+{
+    return courant_scale(model) * crossing_time(model, particles);
+}
+
+template <int D>
+double stable_time_step(const Model<D>& model, const Particles<D>& particles)
+{
+    return stable_courant_number(model) * crossing_time(model, particles);
+}
+
+template <int D>
+double automatic_time_step(const Model<D>& model, const Particles<D>& particles, double cfl)
+{
+    return std::min(cfl * courant_scale(model), stable_courant_number(model)) * crossing_time(model, particles);
+}
+
+#define ORDO_TIME_STEPS(D)                                                   \
+    template double stable_courant_number(const Model<D>&);                  \
+    template double courant_time_step(const Model<D>&, const Particles<D>&); \
+    template double stable_time_step(const Model<D>&, const Particles<D>&);  \
+    template double automatic_time_step(const Model<D>&, const Particles<D>&, double);
+ORDO_TIME_STEPS(1)
+ORDO_TIME_STEPS(2)
+ORDO_TIME_STEPS(3)
+#undef ORDO_TIME_STEPS
+
+}  // namespace ordo

@@ -1,0 +1,149 @@
+#include "method/scheme.hpp"
+
+#include "method/diagnostics.hpp"
+#include "method/enrichment.hpp"
+#include "method/layout.hpp"
+#include "method/place.hpp"
+#include "method/stress_update.hpp"
+#include "method/tables.hpp"
+
+#include <fmt/format.h>
+
+#include <string>
+
+namespace ordo {
+
+namespace {
+
+std::string describe(Fault fault, const MethodSpec& method)
+{
+    switch (fault) {
+    case Fault::inverted:
+        return std::string("its volume ratio J = det F is not positive (the deformation of one step is too large); a smaller "
+                           "time step") +
+               (method.scheme == TimeScheme::musl ? "" : ", scheme = \"musl\"") +
+               (method.domain == Domain::point ? " or a method with particle domains (cpdi1)" : "") + " may help";
+    case Fault::not_finite: return "its state is not a finite number; a smaller time step may help";
+    case Fault::left_grid: return "it left the grid; make [grid] size larger or put a [[boundary]] on that face";
+    case Fault::domain_turned:
+        return has_cells(method) ? "its cell has turned over or folded; a smaller time step, a finer mesh of particles or a "
+                                   "method whose domains cannot fold (cpdi1) may help"
+                                 : "its box has no positive length left along an axis: a stretched box does not follow large "
+                                   "rotations; use a method whose domains do (cpdi1)";
+    case Fault::domain_too_wide:
+        return "its domain has grown wider than the grid pass can hold; a method with fixed domains (ugimp), a coarser grid "
+               "or, for parallelepipeds, method.stretch_limit may help";
+    case Fault::none: break;
+    }
+    return "nothing is wrong";
+}
+
+template <int D>
+void require_sound(const MethodSpec& method, const State<D>& s)
+{
+    if (s.fault.fault == Fault::none) return;
+    const Particles<D>& p = s.particles;
+    const int i           = s.fault.particle;
+    throw NumericalError(fmt::format("step {}, t = {:.6g} s: particle {} of body {} at {}, J = {:.4g}: {}", s.n, s.t, p.id[i],
+                                     p.body[i], place_text(p.x[i]), det(p.F[i]), describe(s.fault.fault, method)));
+}
+
+}  // namespace
+
+template <int D>
+Scheme<D>::Scheme(Model<D> model) : model_(std::move(model)), has_body_force_(field_groups(model_).body_force)
+{
+    require_allowed(model_.method);
+}
+
+template <int D>
+State<D> Scheme<D>::start(Particles<D> particles) const
+{
+    for (int i = 0; i < particles.count; ++i) {
+        particles.X[i] = particles.x[i];
+        particles.F[i] = Mat<D>::identity();
+    }
+    State<D> s = start_deformed(std::move(particles));
+    if (has_cells(model_.method))  // with mean weights they are not at the centroids
+        for (int i = 0; i < s.particles.count; ++i) s.particles.X[i] += displacement(model_, s.particles, i);
+    return s;
+}
+
+template <int D>
+State<D> Scheme<D>::start_deformed(Particles<D> particles) const
+{
+    State<D> s{};
+    s.particles             = std::move(particles);
+    const ParticleView<D> p = s.particles.view();
+    s.lattice               = Lattice<D>(model_.origin, model_.h, model_.cells, model_.periodic, 0, grid_basis(model_.method));
+    start_stresses(model_.materials, s.particles);
+    for (int i = 0; i < p.count; ++i) p.V[i] = det(p.F[i]) * p.V0[i];
+    start_domains(s);
+    sort_particles(model_, s);
+    return s;
+}
+
+template <int D>
+const ProjectionReport& Scheme<D>::project(State<D>& s) const
+{
+    arrange(s);
+    s.projection.fit = {};
+    evaluate_external_forces(s, s.t);
+    find_projection(s);
+    return s.projection;
+}
+
+template <int D>
+void Scheme<D>::step(State<D>& s, double dt) const
+{
+    ORDO_EXPECT(dt > 0);
+    arrange(s);
+    s.projection.fit = {};
+    take_step(s, dt);
+    s.dt_prev = dt;
+    ++s.n;
+    s.field.mass.is_formed = false;   // particles have moved
+    require_sound(model_.method, s);  // now, so that time and particles belong together in the last output
+}
+
+template <int D>
+void Scheme<D>::advance_time(State<D>& s, double dt)
+{
+    const double step = dt + s.t_rest, t = s.t + step;
+    s.t_rest = step - (t - s.t);
+    s.t      = t;
+}
+
+template <int D>
+void Scheme<D>::arrange(State<D>& s) const
+{
+    Stopwatch watch(times_, StageTimes::sort);
+    s.field.mass.is_formed = false;  // particles were changed from outside
+    if (is_sorted_enough(s))
+        number_enriched(s);
+    else
+        sort_particles(model_, s);
+}
+
+template <int D>
+void Scheme<D>::evaluate_external_forces(State<D>& s, double t) const
+{
+    Stopwatch watch(times_, StageTimes::body_force);
+    const ParticleView<D> p = s.particles.view();
+    if (!model_.tractions.empty()) evaluate_loads(model_.loads, model_.tractions, s.lattice, p, t);
+    if (!has_body_force_) return;
+    if (model_.body_force_kernel) {
+        parallel_pieces(p.count, [&](std::ptrdiff_t begin, std::ptrdiff_t end) { model_.body_force_kernel(p, begin, end, t); });
+        return;
+    }
+    parallel_for_each(p.count, [&](std::ptrdiff_t i) {
+        p.b[i] = evaluate<D>(model_.body_forces[p.body[i]],
+                             {padded(place_in_period(model_, s.particles, static_cast<int>(i))), padded(p.X[i]), t});
+    });
+}
+
+template class Scheme<1>;
+template class Scheme<2>;
+template class Scheme<3>;
+
+}  // namespace ordo
