@@ -85,8 +85,8 @@ ORDO_FLAT inline void collect(const Sweep<S::dim>& s, const Batch& b, FromNodes<
     });
 }
 /// The same with the gradients of cells, where these have any.
-template <Shape S, bool has_value>
-void collect_in_cells(const Sweep<S::dim>& s, const Batch& b, FromNodes<S::dim>& nodes)
+template <Shape S>
+ORDO_CALL void collect_in_cells(const Sweep<S::dim>& s, const Batch& b, FromNodes<S::dim>& nodes, bool has_value)
 {
     constexpr int D = S::dim;
     for_each_stencil<S>(s.lattice, s.p, b, [&](int k, const auto& stencil) {
@@ -156,8 +156,8 @@ ORDO_FLAT inline void measure_reach(const Sweep<D>& s, const Batch& b, Lanes& fu
                  [&](int k) { return std::isnan(reach[k]) ? Fault::domain_turned : Fault::domain_too_wide; });
 }
 
-/// The gather of particles [begin, end). Evolution is how the domain follows F.
-template <Shape S, class Evolution, unsigned parts>
+/// The gather of particles [begin, end). Evolution is how the domain follows F, where particles move.
+template <Shape S, class Evolution, unsigned parts, bool has_cell_gradients = true>
 void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
 {
     constexpr int D          = S::dim;
@@ -169,10 +169,10 @@ void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
         const Batch b = Batch::of(first, end);
         FromNodes<D> nodes;
         if (!b.is_full()) nodes = {};  // spare lanes must not be anything
-        if (has_gradient && s.gradients)
-            collect_in_cells<S, has_value>(s, b, nodes);
-        else
-            collect<S, has_gradient>(s, b, nodes);
+        bool is_collected = false;
+        if constexpr (has_gradient && has_cell_gradients)
+            if ((is_collected = s.gradients)) collect_in_cells<S>(s, b, nodes, has_value);
+        if (!is_collected) collect<S, has_gradient>(s, b, nodes);
         Vec<D, Lanes> v, dv;
         if constexpr (has_value) nodes.velocities(v, dv);
         if constexpr ((parts & kUpdateVelocity) != 0) {

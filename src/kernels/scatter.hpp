@@ -1,4 +1,5 @@
-// Particles to nodes. A deposit adds what a particle leaves: value A (times w) and fluxes X_d (times dw_d), fused at will.
+// Particles to nodes. A deposit adds what a particle leaves: value A (times w) and fluxes X_d (times dw_d); several are fused in one
+// sweep.
 #pragma once
 
 #include "kernels/sweep.hpp"
@@ -28,8 +29,7 @@ struct MassMomentum {
 /// f_i = -sum_p V_p sigma_p grad phi_ip.
 template <int D>
 struct InternalForce {
-    static constexpr bool has_flux = true;
-    ORDO_FLAT static void add(const ParticleView<D>& p, int i, Lanes&, Lanes (&flux)[D])
+    ORDO_FLAT static void add(const ParticleView<D>& p, int i, Lanes (&flux)[D])
     {
         for (int d = 0; d < D; ++d) {
             double f[3] = {};
@@ -42,8 +42,7 @@ struct InternalForce {
 /// f_i = sum_p phi_ip m_p b_p.
 template <int D>
 struct BodyForce {
-    static constexpr bool has_flux = false;
-    ORDO_FLAT static void add(const ParticleView<D>& p, int i, Lanes& value, Lanes (&)[D])
+    ORDO_FLAT static void add(const ParticleView<D>& p, int i, Lanes& value)
     {
         if (!p.b) return;
         double f[3] = {};
@@ -71,8 +70,21 @@ struct SurfaceForce {
     }
 };
 
+/// All forces, and with has_mass m_i and (m v)_i in the same sweep.
+template <int D, bool has_mass>
+struct Forces {
+    static constexpr bool has_flux = true;
+    ORDO_FLAT static void add(const ParticleView<D>& p, int i, Lanes& value, Lanes (&flux)[D])
+    {
+        if constexpr (has_mass) value += mass_momentum(p.m[i], p.v[i], p.V[i]);
+        InternalForce<D>::add(p, i, flux);
+        BodyForce<D>::add(p, i, value);
+        SurfaceForce<D>::add(p, i, value, flux);
+    }
+};
+
 /// The scatter of particles [begin, end).
-template <Shape S, class... Deposit>
+template <Shape S, class Deposit>
 void scatter(const Sweep<S::dim>& sweep, int begin, int end)
 {
     const Sweep<S::dim> s = sweep;  // a copy that no store to a node can alias
@@ -80,8 +92,8 @@ void scatter(const Sweep<S::dim>& sweep, int begin, int end)
         const Batch b = Batch::of(first, end);
         for_each_stencil<S>(s.lattice, s.p, b, [&](int k, const auto& stencil) {
             Lanes value{}, flux[S::dim] = {};
-            (Deposit::add(s.p, b.first + k, value, flux), ...);
-            if constexpr ((Deposit::has_flux || ...))
+            Deposit::add(s.p, b.first + k, value, flux);
+            if constexpr (Deposit::has_flux)
                 spread(stencil, s.lattice, s.nodes, value, flux);
             else
                 spread_value(stencil, s.lattice, s.nodes, value);

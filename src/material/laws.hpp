@@ -1,5 +1,5 @@
 // The list of all laws. To add one: a file beside this one, its line here, its test. Only the tables that are made of the list
-// include it (laws.cpp, kernels/stress.cpp).
+// include it (laws.cpp, kernels/stress.cpp, verification/any_law.cpp).
 #pragma once
 
 #include "material/jaumann_elastic.hpp"

@@ -12,36 +12,52 @@
 #include "shape/point.hpp"
 
 #include <stdexcept>
+#include <type_traits>
 
 namespace ordo {
 
-/// The passes of a shape whose domains follow F by `Evolution`.
+/// Whether rules allow nothing but projection mass, shape gradients and lumped mass.
+template <class S>
+constexpr bool is_plain = false;
+template <int D, class Basis>
+constexpr bool is_plain<Cell<D, Basis, true, true>> = true;
+/// Points have passes of their own for velocities that are linear beside them, see passes_of_points.
+template <class S>
+constexpr bool is_point = false;
+template <int D, class Basis, class Slopes>
+constexpr bool is_point<Point<D, Basis, Slopes>> = true;
+
+/// The passes of a shape whose domains follow F by `Evolution`, or the corners of cells.
 template <Shape S, class Basis, class Evolution>
 Passes<S::dim> passes_of_shape(const MethodSpec& spec)
 {
     constexpr int D = S::dim;
     Passes<D> p{};
     p.project           = scatter<S, MassMomentum<D>>;
-    p.force             = scatter<S, InternalForce<D>, BodyForce<D>, SurfaceForce<D>>;
-    p.project_and_force = scatter<S, MassMomentum<D>, InternalForce<D>, BodyForce<D>, SurfaceForce<D>>;
+    p.force             = scatter<S, Forces<D, false>>;
+    p.project_and_force = scatter<S, Forces<D, true>>;
     p.surface_force     = scatter<S, SurfaceForce<D>>;
-    p.apply_mass        = apply_mass<S>;
-    p.update_velocity   = gather<S, Evolution, kUpdateVelocity>;
-    p.deform            = gather<S, Evolution, kDeform>;
-    p.move              = gather<S, Evolution, kMove>;
-    p.update_all        = gather<S, Evolution, kUpdateVelocity | kDeform | kMove>;
-    p.evolve            = [](const Sweep<D>& s, int i) { Evolution::apply(s, Batch{i, 1}); };
+    p.update_velocity   = gather<S, void, kUpdateVelocity, !is_plain<S>>;
+    p.deform            = gather<S, void, kDeform, !is_plain<S>>;
+    if constexpr (std::is_same_v<Evolution, OfCorners<S>>) {
+        p.update_all = gather<S, void, kUpdateVelocity | kDeform, !is_plain<S>>;
+    } else {
+        p.move       = gather<S, Evolution, kMove>;
+        p.update_all = gather<S, Evolution, kUpdateVelocity | kDeform | kMove>;
+    }
+    p.evolve    = [](const Sweep<D>& s, int i) { Evolution::apply(s, Batch{i, 1}); };
     p.reach     = [](const Lattice<D>& g, const ParticleView<D>& view, int i) { return S::reach(g, view, Batch{i, 1})[0]; };
     p.max_reach = S::max_reach;
 
-    if (spreads_gradient(spec)) {
-        p.project           = project_affine<S>;
-        p.project_and_force = nullptr;
+    if constexpr (!is_plain<S>) {
+        p.apply_mass = apply_mass<S>;
+        if (carries_gradient(spec)) p.keep = keep_gradient<S>;
+        if (spreads_gradient(spec)) p.project_and_force = nullptr;
+        if constexpr (!is_point<S>) {
+            if (spreads_gradient(spec)) p.project = project_affine<S>;
+            if (spec.projection == Projection::affine) p.keep = keep_affine<S>;
+        }
     }
-    if (spec.projection == Projection::affine)
-        p.keep = keep_affine<S>;
-    else if (carries_gradient(spec))
-        p.keep = keep_gradient<S>;
     return p;
 }
 
@@ -51,8 +67,8 @@ void add_points(const MethodSpec& spec, Passes<S::dim>& p)
 {
     constexpr int D            = S::dim;
     p.project_points           = scatter<S, MassMomentum<D>>;
-    p.force_points             = scatter<S, InternalForce<D>, BodyForce<D>>;
-    p.project_and_force_points = scatter<S, MassMomentum<D>, InternalForce<D>, BodyForce<D>>;
+    p.force_points             = scatter<S, Forces<D, false>>;
+    p.project_and_force_points = scatter<S, Forces<D, true>>;
     p.apply_mass_points        = apply_mass<S>;
     if (spec.gradient != Gradient::adjoint) return;
     p.gradient_at_center = [](const Lattice<D>& g, const Tiles<D>& tiles, const Lanes* nodes, const Index<D>& cell,
@@ -68,8 +84,6 @@ Passes<D> passes_of_cells(const MethodSpec& spec)
 {
     using S          = Cell<D, Basis, is_exact, is_enriched>;
     Passes<D> p      = passes_of_shape<S, Basis, OfCorners<S>>(spec);
-    p.move           = nullptr;
-    p.update_all     = gather<S, OfCorners<S>, kUpdateVelocity | kDeform>;
     p.move_corners   = move_corners<D, Basis, is_enriched>;
     p.follow_corners = follow_corners<S>;
     return p;

@@ -227,11 +227,19 @@ void SplineScheme<D>::require_enough(State<D>& s, const System& system, const La
     if (!system.ghost && static_cast<std::size_t>(s.particles.count) < system.space.count()) refuse(system.space.count() / 2);
 }
 
-/// Fits x to values of particles, value(i) and weight(i) lane by lane; `volume` says in which lanes the weight is the volume.
 template <int D>
-template <class Value, class Weight>
-void SplineScheme<D>::fit(State<D>& s, const FitTask& task, const Value& value, const Weight& weight, Array<Lanes>& x) const
+template <class Value>
+void SplineScheme<D>::set_values(const State<D>& s, const Value& value) const
 {
+    keep_room(scratch_->values, s.particles.count);
+    parallel_for_each(s.particles.count, [&](std::ptrdiff_t i) { scratch_->values[i] = value(i); });
+}
+
+/// Fits x to work.values, lane by lane by weight.
+template <int D>
+void SplineScheme<D>::fit(State<D>& s, const FitTask& task, Array<Lanes>& x) const
+{
+    const Weight weight{s.particles.view(), task.volume};
     SplineScratch<D>& work      = *scratch_;
     const std::size_t functions = task.space.count();
     if (!work.is_near) clear(x, functions);
@@ -240,10 +248,10 @@ void SplineScheme<D>::fit(State<D>& s, const FitTask& task, const Value& value, 
     with_degree(task.space.axis[0].degree, [&]<int P>() {
         for_each_cell([&](const Index<D>& cell, int number) {
             spread_cell<D, P>(
-                task.space, work, task.rows, cell, number, [&](int i) { return value(i) * weight(i); }, work.b.data());
+                task.space, work, task.rows, cell, number, [&](int i) { return work.values[i] * weight(i); }, work.b.data());
             spread_cell<D, P>(task.space, work, task.rows, cell, number, weight, work.sums.data());
         });
-        const Lanes ghost_weight = task.ghost ? mean_weight(s, weight) * (kGhostOfFits * cell_volume_) : Lanes(0.0);
+        const Lanes ghost_weight = task.ghost ? mean_weight(weight) * (kGhostOfFits * cell_volume_) : Lanes(0.0);
         std::optional<CutFactor<D>> factor;
         if (task.ghost) {
             factor.emplace(task.space);
@@ -307,13 +315,12 @@ void SplineScheme<D>::find_body(State<D>& s) const
                        Lanes(1.0),
                        &work.body.v,
                        false};
-    auto value = [&](int i) {
+    set_values(s, [&](std::ptrdiff_t i) {
         Lanes r(0.0);
         for (std::size_t k = 0; k < model().surface.size(); ++k) r[static_cast<int>(k)] = model().surface[k](p.X[i]);
         return r;
-    };
-    fit(
-        s, task, value, [&](int i) { return Lanes(p.V[i]); }, work.surface);
+    });
+    fit(s, task, work.surface);
     ordo::find_body(model(), v_space_, s_space_, work.surface.data(), rough, points_, work.body);
 }
 
@@ -322,17 +329,10 @@ void SplineScheme<D>::fit_velocity(State<D>& s) const
 {
     SplineScratch<D>& work  = *scratch_;
     const ParticleView<D> p = s.particles.view();
-    const Lanes of_mass = make_lanes(1, 1, 1, 0, 0, 0, 0, 0), of_volume = 1.0 - of_mass;
-    const FitTask task{SplineScratch<D>::kVelocity,
-                       "the fit of velocities",
-                       v_space_,
-                       work.v_rows,
-                       v_factors_,
-                       &Held::velocity,
-                       of_volume,
-                       is_cut_ ? &work.body.v : nullptr,
-                       true};
-    auto value = [&](int i) {
+    const FitTask task{
+        SplineScratch<D>::kVelocity,        "the fit of velocities",          v_space_, work.v_rows, v_factors_, &Held::velocity,
+        make_lanes(0, 0, 0, 1, 1, 1, 1, 1), is_cut_ ? &work.body.v : nullptr, true};
+    set_values(s, [&](std::ptrdiff_t i) {
         Lanes r(0.0);
         for (int a = 0; a < D; ++a) {
             r[SplineLane::velocity + a]     = p.v[i][a];
@@ -340,9 +340,8 @@ void SplineScheme<D>::fit_velocity(State<D>& s) const
         }
         r[SplineLane::density] = p.m[i] / p.V[i];
         return r;
-    };
-    fit(
-        s, task, value, [&](int i) { return of_mass * p.m[i] + of_volume * p.V[i]; }, work.v);
+    });
+    fit(s, task, work.v);
 }
 
 template <int D>
@@ -359,8 +358,8 @@ void SplineScheme<D>::fit_stress(State<D>& s) const
                        Lanes(1.0),
                        is_cut_ ? &work.body.s : nullptr,
                        true};
-    fit(
-        s, task, [&](int i) { return stress_lanes(p.sigma[i]); }, [&](int i) { return Lanes(p.V[i]); }, work.s);
+    set_values(s, [&](std::ptrdiff_t i) { return stress_lanes(p.sigma[i]); });
+    fit(s, task, work.s);
 }
 
 #define ORDO_SPLINE_FIT(D)                                        \

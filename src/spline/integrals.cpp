@@ -323,7 +323,7 @@ void SplineScheme<D>::solve_acceleration(State<D>& s) const
     multiply_mass(work.part.data(), work.sums.data());  // M b, and the sums of rows
     Lanes ghost_weight(0.0);
     if (is_cut_) {
-        ghost_weight = mean_weight(s, [&](int i) { return Lanes(s.particles.m[i]); }) * (kGhostOfMasses * cell_volume_);
+        ghost_weight = mean_weight({s.particles.view(), Lanes(0.0)}) * (kGhostOfMasses * cell_volume_);
         work.body.v.multiply(ghost_weight, work.part.data(), work.sums.data());
     }
     clear(work.b, functions);

@@ -77,14 +77,12 @@ void SplineScheme<D>::for_each_covered_cell(F&& f) const
 
 /// The sum of weights over the sum of volumes.
 template <int D>
-template <class Weight>
-Lanes SplineScheme<D>::mean_weight(const State<D>& s, const Weight& weight)
+Lanes SplineScheme<D>::mean_weight(const Weight& weight)
 {
-    auto of_particle = [&](std::ptrdiff_t i) { return weight(static_cast<int>(i)); };
-    const Lanes sum  = parallel_reduce(s.particles.count, Lanes(0.0), of_particle, add);
-    auto volume_of   = [&](std::ptrdiff_t i) { return s.particles.V[i]; };
-    auto add_volume  = [](double& total, double V) { total += V; };
-    return sum * (1 / parallel_reduce(s.particles.count, 0.0, volume_of, add_volume));
+    const Lanes sum = parallel_reduce(weight.p.count, Lanes(0.0), weight, add);
+    auto volume_of  = [&](std::ptrdiff_t i) { return weight.p.V[i]; };
+    auto add_volume = [](double& total, double V) { total += V; };
+    return sum * (1 / parallel_reduce(weight.p.count, 0.0, volume_of, add_volume));
 }
 
 }  // namespace ordo

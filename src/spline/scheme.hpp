@@ -104,8 +104,14 @@ class SplineScheme final : public Scheme<D> {
     std::array<double, D*(P + 1)> cut_row(const CutPoints& points, std::ptrdiff_t k, const SplineSpace<D>& space,
                                           int slope_axis) const;
     CutFactor<D> factor_at_points(const SplineSpace<D>& space, const GhostPenalty<D>& ghost, double ghost_weight) const;
-    template <class Weight>
-    static Lanes mean_weight(const State<D>& s, const Weight& weight);
+    /// Lane by lane the mass or the volume of a particle.
+    struct Weight {
+        ParticleView<D> p;
+        Lanes volume;  ///< 1 in lanes whose weight is the volume, 0 in those of the mass
+
+        Lanes operator()(std::ptrdiff_t i) const { return (1.0 - volume) * p.m[i] + volume * p.V[i]; }
+    };
+    static Lanes mean_weight(const Weight& weight);
     Cover cover_of(int cell) const;
     bool is_seen(const Index<D>& vertex) const;
     void subtract_force_of_full_grid() const;
@@ -123,8 +129,10 @@ class SplineScheme final : public Scheme<D> {
         const GhostPenalty<D>* ghost;  ///< of bodies with free surfaces, else null
         bool is_known;                 ///< where the body is
     };
-    template <class Value, class Weight>
-    void fit(State<D>& s, const FitTask& task, const Value& value, const Weight& weight, Array<Lanes>& x) const;
+    /// work.values = value(i) of the particles.
+    template <class Value>
+    void set_values(const State<D>& s, const Value& value) const;
+    void fit(State<D>& s, const FitTask& task, Array<Lanes>& x) const;
     void solve(State<D>& s, const System& system, Lanes* x, Lanes* b) const;
     void precondition(const System& system) const;
     void hold(const System& system, Lanes* records) const;

@@ -51,6 +51,7 @@ struct SplineScratch {
     enum Solve { kVelocity, kStress, kMass, kGradient };
     std::array<long, 4> iterations{};  ///< of conjugate gradients, in the last step
 
+    Array<Lanes> values;       ///< of particles, that are fitted
     Array<Lanes> r, z, p, q;   ///< of conjugate gradients
     Array<Lanes> sums, scale;  ///< of rows of a matrix; of its preconditioner
     Array<Lanes> b;            ///< right-hand sides

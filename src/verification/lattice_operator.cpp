@@ -3,8 +3,7 @@
 #include "base/error.hpp"
 #include "method/planting.hpp"
 #include "setup/schemes.hpp"
-
-#include <Eigen/Eigenvalues>
+#include "verification/eigenvalues.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -171,13 +170,7 @@ std::vector<Complex> LatticeOperator<D>::symbol(const Vec<D>& theta) const
 template <int D>
 std::vector<Complex> LatticeOperator<D>::eigenvalues(const Vec<D>& theta) const
 {
-    using Matrix            = Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    std::vector<Complex> of = symbol(theta);
-    const Eigen::Map<Matrix> m(of.data(), size(), size());
-    const Eigen::ComplexEigenSolver<Matrix> solver(m, false);
-    if (solver.info() != Eigen::Success) throw NumericalError("the eigenvalues of a lattice were not found");
-    const auto& values = solver.eigenvalues();
-    return {values.data(), values.data() + values.size()};
+    return eigenvalues_of(symbol(theta));
 }
 
 template <int D>
@@ -208,7 +201,7 @@ std::vector<Complex> frozen_spectrum(const SplineScheme<1>& scheme, State<1>& s)
 {
     Particles<1>& p = s.particles;
     const int n     = p.count;
-    Eigen::MatrixXd map(2 * n, 2 * n);
+    std::vector<Complex> map(4 * n * n);  // of v and sigma to a and L
     for (int column = 0; column < 2 * n; ++column) {
         for (int i = 0; i < n; ++i) {
             p.v[i][0]        = column == i;
@@ -216,12 +209,11 @@ std::vector<Complex> frozen_spectrum(const SplineScheme<1>& scheme, State<1>& s)
         }
         scheme.evaluate(s);
         for (int i = 0; i < n; ++i) {
-            map(i, column)     = scheme.scratch().a_at[i][0];
-            map(n + i, column) = scheme.scratch().L_at[i](0, 0);
+            map[i * 2 * n + column]       = scheme.scratch().a_at[i][0];
+            map[(n + i) * 2 * n + column] = scheme.scratch().L_at[i](0, 0);
         }
     }
-    const Eigen::VectorXcd values = map.eigenvalues();
-    return {values.data(), values.data() + values.size()};
+    return eigenvalues_of(map);
 }
 
 double frozen_growth(const ParticleLattice& lattice)

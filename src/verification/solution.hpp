@@ -2,7 +2,7 @@
 // automatic differentiation.
 #pragma once
 
-#include "material/law.hpp"
+#include "base/stress.hpp"
 #include "particles/batch.hpp"
 #include "particles/particles.hpp"
 #include "verification/jet.hpp"
@@ -66,7 +66,7 @@ ORDO_FLAT inline Kinematics<D, T> kinematics(const Motion& motion, const Vec<D, 
 }
 
 /// Body force per mass that makes the motion a solution: b = a - Div P/rho0, P = sigma cof F, m/s^2.
-template <int D, class T, Hyperelastic Law>
+template <int D, class T, class Law>
 ORDO_FLAT inline Vec<D, T> body_force(const Kinematics<D, T>& k, const Law& law, double density)
 {
     const auto P  = in_plane(law.cauchy(k.F)) * cofactor(k.F);
@@ -77,8 +77,8 @@ ORDO_FLAT inline Vec<D, T> body_force(const Kinematics<D, T>& k, const Law& law,
     return b;
 }
 
-/// A motion of a hyperelastic material.
-template <int D, class Motion, Hyperelastic Law>
+/// A motion of a hyperelastic material: a law, or AnyLaw.
+template <int D, class Motion, class Law>
 class Manufactured final : public Solution<D> {
   public:
     Manufactured(const Motion& motion, const Law& law, double density) : motion_(motion), law_(law), density_(density) {}

@@ -19,9 +19,7 @@ __global__ void one(Sweep<S::dim> s, TileReport* r)
     int i = blockIdx.x;
     Lanes value{}, flux[S::dim] = {};
     MassMomentum<S::dim>::add(s.p, i, value, flux);
-    InternalForce<S::dim>::add(s.p, i, value, flux);
-    BodyForce<S::dim>::add(s.p, i, value, flux);
-    SurfaceForce<S::dim>::add(s.p, i, value, flux);
+    Forces<S::dim, false>::add(s.p, i, value, flux);
     S::spread(s.lattice, s.p, i, s.nodes, value, flux);
     S::spread_value(s.lattice, s.p, i, s.nodes, value);
     Quad gradient[S::dim] = {};

@@ -1,0 +1,27 @@
+// A hyperelastic law of the table for manufactured solutions: its stress with the derivatives of F. The law is compiled in
+// any_law.cpp alone, not once for each motion.
+#pragma once
+
+#include "base/lanes.hpp"
+#include "base/stress.hpp"
+#include "material/material.hpp"
+#include "verification/jet.hpp"
+
+namespace ordo::verification {
+
+template <int D>
+class AnyLaw {
+  public:
+    /// Throws InputError for a law whose stress is not a function of F.
+    explicit AnyLaw(const Material& material);
+
+    /// Cauchy stress, Pa.
+    Stress<D> cauchy(const Mat<D>& F) const { return material_.law->in<D>().initial_stress(material_, F); }
+    Stress<D, Gradient<D>> cauchy(const Mat<D, Gradient<D>>& F) const;
+    Stress<D, Gradient<D, Lanes>> cauchy(const Mat<D, Gradient<D, Lanes>>& F) const;
+
+  private:
+    Material material_;
+};
+
+}  // namespace ordo::verification
