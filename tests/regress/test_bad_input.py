@@ -174,7 +174,7 @@ CASE_FAULTS = [
     ("traction with one component", [traction("body = 'body 0'", value="type = 'traction'\nvalue = @1")], "traction[0].value", "takes 2 values"),
     ("pressure with two components", [traction("body = 'body 0'", value="value = @[1, 2]")], "traction[0].value", "takes 1 value"),
     ("traction that is no number", [traction("body = 'body 0'", value="value = @'log(-1)'")], "traction[0].value", "must give a number"),
-    ("inner face of a solid ball", [traction("body = 'body 0'", "face = @'inner'")], "traction[0].face", "no face that looks to inner"),
+    ("inner face of a solid ball", [traction("body = 'body 0'", "face = @'inner'")], "traction[0].face", 'no face "inner"'),
     ("inner faces of a box", [body("shape = 'box'\nlower = 0.2\nupper = 0.4\n"), traction("body = 'body 0'", "face = @'inner'")], "traction[0].face", "x-min"),
     ("bodies of one name", ['[[body]]\nname = @"body 0"\nmaterial = "rubber"\nshape = "ball"\ncenter = 0.2\nradius = 0.1\n'], "body[1].name", "names must differ"),
     # meshes
