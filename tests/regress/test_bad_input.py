@@ -237,7 +237,7 @@ CSV_FAULTS = [
     ("missing column", "@x,volume\n0.5,0.01\n", "header", 'the column "y" is missing'),
     ("unknown column", "x,y,@volme\n0.5,0.5,0.01\n", "header", 'Did you mean "volume"?'),
     ("column of another dimension", "x,y,@z,volume\n0.5,0.5,0.5,0.01\n", "header", "there is no column"),
-    ("column twice", "x,y,@x,volume\n0.5,0.5,0.5,0.01\n", "header", "stands twice"),
+    ("column twice", "x,y,@x,volume\n0.5,0.5,0.5,0.01\n", "header", "is there twice"),
     ("not a number", "x,y,volume\n0.5,@half,0.01\n", "y", 'must be a finite number (got "half")'),
     ("number with a tail", "x,y,volume\n0.5, @0.5m,0.01\n", "y", "must be a finite number"),
     ("nan", "x,y,volume\n# a comment\n@nan,0.5,0.01\n", "x", "must be a finite number"),
