@@ -149,8 +149,8 @@ CASE_FAULTS = [
     # methods whose choices do not go together
     ("ddmpm with boxes", ["[method]\nbasis = 'ddmpm'\ndomain = @'box'\n"], "method.domain", "use basis hat"),
     ("weights of corners without cells", ["[method]\ncell_weights = @'mean'\n"], "method.cell_weights", "no cells"),
-    ("stretch limit of points", ["[method]\npreset = 'mpm'\nstretch_limit = @2.0\n"], "method.stretch_limit", "do not stretch"),
-    ("enrichment without cells", ["[method]\nenrichment = @'all'\n"], "method.enrichment", "no corners that cells share"),
+    ("stretch limit of points", ["[method]\npreset = 'mpm'\nstretch_limit = @2.0\n"], "method.stretch_limit", "only parallelepipeds can be scaled"),
+    ("enrichment without cells", ["[method]\nenrichment = @'all'\n"], "method.enrichment", "no shared corners"),
     ("kept velocities without enrichment", ["[method]\npreset = 'cpdi2'\ncorner_velocity = @'kept'\n"], "method.corner_velocity", "only enriched corners"),
     ("layers of another enrichment", ["[method]\npreset = 'cpdi2e'\nlayers = @3\n"], "method.layers", "set enrichment to layers"),
     ("enrichment without an interface", ["[method]\npreset = @'cpdi2e'\n"], "method.preset", "no two bodies share a corner"),
@@ -163,7 +163,7 @@ CASE_FAULTS = [
     ("splines and a wall that moves", [WHOLE, "[method]\npreset = @'spline4'\n", WALLS, wall("y-max", "velocity") + "value = [1, 0]\n"], "method.preset", "walls at rest"),
     ("splines on too few cells", [WHOLE, "[method]\npreset = @'spline4'\nremoved_knots = 2\n", WALLS], "method.preset", "there must be 5"),
     ("part of the scheme of splines", ["[method]\npreset = 'cpdi1'\nscheme = @'rk4'\n"], "method.scheme", "use preset spline3"),
-    ("degree of the stress without splines", ["[method]\npreset = 'cpdi1'\nstress_degree = @4\n"], "method.stress_degree", "that projection fits"),
+    ("degree of the stress without splines", ["[method]\npreset = 'cpdi1'\nstress_degree = @4\n"], "method.stress_degree", "parameters of projection spline-fit"),
     ("gauss points with domains", ["seeding = @'gauss'\n"], "body[0].seeding", 'method.domain "point"'),
     ("gauss points of polar cells", [ring("inner_radius = 0.1\ncells = 'polar'\nseeding = @'gauss'\n")], "body[0].seeding", "cartesian"),
     # tractions
@@ -267,7 +267,7 @@ OPTION_FAULTS = [
     (["--set", "body.0.velocity=[0, 'q']"], "velocity", "cannot be read"),
     (["--set", "material.0.density=-1"], "density", "must be positive"),
     (["--set", "output.directory=case.toml/sub"], "output.directory", "is not a directory"),
-    (["--set", "body=[]", "--set", "body.0.radius=1"], "body.0.radius", "there is nothing in the list"),
+    (["--set", "body=[]", "--set", "body.0.radius=1"], "body.0.radius", "the list is empty"),
     (["--set", "grid." + "a." * 1000 + "a=1"], "grid.a", "has a key of"),
     (["--set", "ti\ntle"], "ti\\x0atle", "key=value"),
     (["--set", os.fsdecode(b"title=\xff")], "title", "is neither TOML nor text"),
@@ -305,7 +305,7 @@ COMMAND_FAULTS = [
     (["bench", "--set", "preset=mpm"], "preset", "--method"),
     (["bench", "--set", "degree=4"], "degree=4", "from 0 to 3"),
     (["bench", "--set", "degree=1.5"], "degree=1.5", "must be an integer"),
-    (["bench", "--set", "enrichment=all"], "enrichment", "there are no corners that cells share"),
+    (["bench", "--set", "enrichment=all"], "enrichment", "other domains have no shared corners"),
     (["bench", "--all", "--set", "mass=lump"], "mass=lump", 'Did you mean "lumped"?'),
     (["bench", "--all", "--method", "mpm"], "--all", "leave out --method"),
 ]
