@@ -1,4 +1,4 @@
-// Passes alone in 3D, 8 particles a cell, sorted: the scatter and the gather of shapes, the fits of velocities and of cells.
+// Single passes in 3D with 8 sorted particles per cell: scatter and gather of shapes, fits of velocities and of cells.
 // ns per particle.
 #include "method/explicit.hpp"
 #include "method/planting.hpp"
@@ -55,7 +55,7 @@ void gather_all(benchmark::State& bench, const MethodSpec& spec)
     bench.SetItemsProcessed(bench.iterations() * view.p.count);
 }
 
-/// Nodes must have masses; that fits replace the momenta changes nothing for the next one.
+/// Nodes must have masses. Each fit replaces the momenta, which does not affect the next one.
 void fit_all_velocities(benchmark::State& bench, const MethodSpec& spec)
 {
     Block b(spec);

@@ -30,12 +30,12 @@ UNITS = {"displacement": "m", "position": "m", "velocity": "m/s", "stress": "Pa"
          "volume": "m³", "pressure": "Pa", "von_mises": "Pa", "energy_density": "J/m³"}
 LABELS = {"velocity": "speed", "von_mises": "von Mises stress"}
 LINES = ["-", "--", "-.", ":"]
-SLOPES = {(1, 2): "orders 1 and 2", (2, 3, 4): "orders 2, 3 and 4"}  # lines to compare with, and what a legend calls them
+SLOPES = {(1, 2): "orders 1 and 2", (2, 3, 4): "orders 2, 3 and 4"}  # reference lines and their names in legends
 ERRORS = ["displacement", "velocity", "stress", "density", "velocity_grid", "value", "value_inside"]
 # Dimensions of VTK's cell types; the corners of a triangle as those of a quad, of a tetrahedron as those of a hexahedron.
 DIMS = {1: 0, 3: 1, 5: 2, 9: 2, 10: 3, 12: 3}
 SIMPLEX_CORNERS = {5: [0, 1, 2, 2], 10: [0, 1, 2, 2, 3, 3, 3, 3]}
-# The faces of a VTK hexahedron, seen from outside counter-clockwise.
+# The faces of a VTK hexahedron, counter-clockwise when seen from outside.
 FACES = np.array([[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]])
 
 plt.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.titlesize": 9,
@@ -94,7 +94,7 @@ class Frame:
         self.time = vtk_to_numpy(grid.GetFieldData().GetArray("TimeValue"))[0]
 
     def scalar(self, name):
-        """A field as one number a particle: the size of a vector; stress_xy or velocity_x name a component."""
+        """A field as one number per particle: the norm of a vector; stress_xy or velocity_x name a component."""
         if name in self.fields:
             values = self.fields[name]
             if values.ndim == 1:
@@ -139,7 +139,7 @@ def read_study(study):
 
 
 def save(figure, output):
-    """Without the versions and dates that matplotlib would write: the same bytes from any version that draws the same."""
+    """Saves without the versions and dates that matplotlib would write, so equal drawings give equal bytes."""
     figure.savefig(output, metadata={"Software": None})
     plt.close(figure)
 
@@ -305,13 +305,13 @@ def error_label(name):
 
 
 def draw_errors(axes, studies, name, methods):
-    """One error over h, a curve a study in the style of its method; failed meshes are crosses on the top edge."""
+    """One error over h, one curve per study in the style of its method; failed meshes are crosses at the top edge."""
     hs = sorted({h for s in studies for h in s["failed"] + [p[0] for c in s["errors"].values() for p in c]})
-    level = dict.fromkeys(hs, 1.0)  # crosses of several methods at one h stand above each other
+    level = dict.fromkeys(hs, 1.0)  # stacks the crosses of several methods at one h
     curves = []
     for place, study in enumerate(studies):
         k = methods.index(study["method"])
-        size = max(3.0, 6.0 - 0.8 * place)  # curves that agree show all their markers
+        size = max(3.0, 6.0 - 0.8 * place)  # so that coinciding curves show all their markers
         colour = COLOURS[k % len(COLOURS)]
         if name in study["errors"]:
             curves.append(np.array(study["errors"][name]).T)
@@ -323,7 +323,7 @@ def draw_errors(axes, studies, name, methods):
     draw_slopes(axes, curves)
     axes.set_xlim(hs[0] / 1.25, hs[-1] * 1.25)
     ticks = []
-    for h in hs[::-1]:  # labels that have room: a character takes a 20th of the axis
+    for h in hs[::-1]:  # only labels with enough room: a character takes a 20th of the axis
         if not ticks or np.log(ticks[-1] / h) > (0.025 * (len(f"{h:.2g}") + len(f"{ticks[-1]:.2g}")) + 0.05) * np.log(hs[-1] / hs[0]):
             ticks.append(h)
     axes.set_xticks(ticks, [f"{h:.2g}" for h in ticks])
@@ -349,7 +349,7 @@ def draw_slopes(axes, curves):
 
 
 def slopes_last(entries):
-    """Entries of a legend with the lines of known order behind all others."""
+    """Entries of a legend, with the lines of known order after all others."""
     return dict(sorted(entries.items(), key=lambda entry: entry[0] in SLOPES.values()))
 
 
@@ -388,7 +388,7 @@ def snapshots(directory, output, times, field="velocity", view=None, dim=None, l
 
 
 def summary(directories, output=sys.stdout):
-    """A Markdown row a run: energies relative to the first total energy."""
+    """One Markdown row per run: energies relative to the initial total energy."""
     output.write("| run | time reached, s | steps | total energy at the end | largest total energy | largest strain energy |\n|---|---|---|---|---|---|\n")
     for directory in directories:
         h = read_history(directory)
@@ -400,7 +400,7 @@ def summary(directories, output=sys.stdout):
 
 
 def convergence(file, directory):
-    """Errors over h of the studies of `ordo verify`: one PNG a case and set of parameters, a curve a method."""
+    """Errors over h of the studies of `ordo verify`: one PNG per case and set of parameters, one curve per method."""
     studies = read_studies(file)
     methods = list(dict.fromkeys(s["method"] for s in studies))
     os.makedirs(directory, exist_ok=True)
@@ -428,7 +428,7 @@ def convergence(file, directory):
 
 
 def spectra(directory, studies):
-    """Growth and speed of waves over wave number: one PNG a method, a curve a number of particles per cell and a shift."""
+    """Growth and speed of waves over wave number: one PNG per method, one curve per number of particles per cell and shift."""
     seen = {}
     for s in studies:
         label = f"{s['parameters']['ppc']} a cell" + (f", shift {number(s['parameters']['shift'])}" if s["parameters"]["shift"] else "")
@@ -443,7 +443,7 @@ def spectra(directory, studies):
 
 
 def draw_spectra(curves, output, title):
-    """The largest growth of all waves, damping and relative speed of the one wave that the continuum has."""
+    """The largest growth of all waves, and damping and relative speed of the wave of the continuum."""
     panels = [("growth", "largest |eigenvalue|"), ("wave_size", "|eigenvalue| of the wave"), ("wave_speed", "its speed / c")]
     figure, axes = plt.subplots(1, 3, figsize=(9.5, 3.0), layout="constrained")
     for a, (name, label) in zip(axes, panels):
@@ -451,7 +451,7 @@ def draw_spectra(curves, output, title):
             a.plot(curve["theta"] / np.pi, curve[name], color=COLOURS[k % len(COLOURS)], linewidth=1.2, linestyle=LINES[k % len(LINES)], label=which)
         a.axhline(1, color=GREY, linewidth=0.6, zorder=0)
         low, high = a.get_ylim()
-        if high - low < 1e-3:  # round-off is no growth
+        if high - low < 1e-3:  # round-off, not growth
             a.set_ylim(0.95, 1.05)
         a.set_xlim(0, 1)
         a.set_xlabel("wave number, $k h/\\pi$")
@@ -462,11 +462,11 @@ def draw_spectra(curves, output, title):
 
 
 def draw_convergence(studies, output, methods, title, subtitle):
-    """A panel an error; the legend stands in the panel that is left over, or on the right."""
+    """One panel per error; the legend is in the empty panel, or on the right."""
     names = [name for name in ERRORS if any(name in s["errors"] for s in studies)]
     columns = 3 if len(names) > 4 else min(len(names), 2)
     rows = -(-len(names) // columns)
-    beside = 1.3 if len(names) == rows * columns else 0  # where the legend stands on the right
+    beside = 1.3 if len(names) == rows * columns else 0  # room for a legend on the right
     figure, axes = plt.subplots(rows, columns, figsize=(3.1 * columns + beside, 2.5 * rows + 0.6), layout="constrained", squeeze=False)
     entries = {}
     for a, name in zip(axes.flat, names):

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Figures of the papers, redrawn from `ordo verify`, and figures of the runs of one call.
+"""Figures of the papers, redrawn with `ordo verify`, and figures of the runs of one call.
 
     ordo_gallery.py gallery --ordo build/release/ordo -o docs/gallery    runs what is missing, draws docs/gallery.md's figures
     ordo_gallery.py runs DIR/verify.json -o DIR                          what `ordo verify --figures DIR` draws of histories and errors
@@ -42,7 +42,7 @@ TENSOR = {1: ["xx"], 2: ["xx", "xy", "yy"], 3: ["xx", "xy", "xz", "yy", "yz", "z
 
 @dataclass(frozen=True)
 class Run:
-    """One call of `ordo verify`; `timed` ones run alone and write times instead of tables."""
+    """One call of `ordo verify`; with `timed` it runs alone and writes times instead of tables."""
     case: str
     methods: str
     cells: tuple = ()
@@ -77,7 +77,7 @@ def call_of(run, quick=False):
 
 
 class Results:
-    """What a run wrote, from its directory."""
+    """The output of a run, from its directory."""
 
     def __init__(self, directory):
         self.directory = directory
@@ -91,12 +91,12 @@ class Results:
         return next(s for s in self.studies if s["method"] == method)
 
     def row(self, method, cells):
-        """The row of a mesh; the finest where a quick run left that out."""
+        """The row of a mesh; that of the finest mesh if a quick run left it out."""
         rows = self.study(method)["rows"]
         return next((r for r in rows if r["cells"] == cells), rows[-1])
 
     def table(self, row, what):
-        """The columns of a row's history or particles by name; None where it has none."""
+        """The columns of a row's history or particles by name; None if it has none."""
         if what not in row.get("files", {}):
             return None
         return read_table(os.path.join(self.directory, row["files"][what]))
@@ -111,7 +111,7 @@ def read_table(file):
 
 
 class Runner:
-    """Runs what is missing in the work directory; a directory counts as run where command and binary are the same."""
+    """Does the runs that are missing in the work directory. A run is there if command and binary are the same."""
 
     def __init__(self, ordo, work, quick=False, jobs=2):
         self.ordo, self.work, self.quick, self.jobs = os.path.abspath(ordo), work, quick, jobs
@@ -127,7 +127,7 @@ class Runner:
         return Results(self.directory(run))
 
     def run_all(self, runs):
-        """Seconds by run; those with times one after another, when the others are done."""
+        """Seconds by run. Timed runs come after the others, one at a time."""
         missing = [r for r in dict.fromkeys(runs) if not self.is_done(r)]
         seconds = {}
         with concurrent.futures.ThreadPoolExecutor(self.jobs) as pool:
@@ -169,7 +169,7 @@ class Runner:
 # ---- numbers to draw -------------------------------------------------------------------------------------------------
 
 def error_curve_of(study, norm, name):
-    """h, errors and orders of a study, coarse to fine, and h of the meshes that failed; norm is error, error_l2 or quantities."""
+    """h, errors and orders of a study, coarse to fine, and h of failed meshes; norm is error, error_l2 or quantities."""
     points = [(r["h"], r[norm].get(name)) for r in study["rows"] if not r["failed"]]
     points = [(h, e) for h, e in points if e is not None and e > 0]
     return {"h": [h for h, _ in points], "error": [e for _, e in points], "order": orders(points),
@@ -181,7 +181,7 @@ def orders(points):
 
 
 def published_stress_curve_of(results, study):
-    """The stress error as the published code of Tran et al. has it: root of the mean norm, each component once."""
+    """The stress error as in the published code of Tran et al.: root of the mean norm, each component once."""
     points = []
     for row in study["rows"]:
         p = results.table(row, "particles")
@@ -220,7 +220,7 @@ def radial_stress_around(particles, low, high):
 
 
 def domains_of(particles):
-    """Corners of the domains around which to walk, (n, 4, 2); none for points."""
+    """Corners of the domains in cyclic order, (n, 4, 2); none for points."""
     if "corner3_x" in particles:
         walk = (0, 1, 3, 2)
     elif "corner2_x" in particles:
@@ -231,7 +231,7 @@ def domains_of(particles):
 
 
 def history_of(results, method, cells, columns):
-    """Columns of a history by name, of those that there are."""
+    """Those columns of a history that exist, by name."""
     table = results.table(results.row(method, cells), "history")
     return {} if table is None else {c: table[c] for c in columns if c in table}
 
@@ -256,7 +256,7 @@ class Style:
 
     def of_line(self):
         return {"label": self.label, "color": self.colour, "marker": self.marker, "linestyle": self.line, "linewidth": 1.1,
-                "markersize": 4.5 if self.filled else 7.5,  # open ones show around others
+                "markersize": 4.5 if self.filled else 7.5,  # open markers show around others
                 "markerfacecolor": self.colour if self.filled else "white"}
 
 
@@ -291,7 +291,7 @@ def draw_error_curves(axes, curves, xlabel="cell size, m", ylabel=None, exponent
 
 def finish_log_axes(axes, exponents=False):
     for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
-        is_short = np.log10(high / low) < 1.5  # hardly a decade: numbers between powers too
+        is_short = np.log10(high / low) < 1.5  # about a decade: also label numbers between powers
         axis.set_major_locator(LogLocator(10, subs=(1, 2, 5) if is_short else (1,), numticks=9))
         axis.set_minor_formatter(NullFormatter())
         if exponents:
@@ -331,7 +331,7 @@ def unit_label(name, norm="error"):
 
 @dataclass
 class Figure:
-    """name: of the PNG; number: of the paper's figures; runs: what is needed; draw(results, quick, output): drawn numbers."""
+    """name: of the PNG; number: of the paper's figures; runs: the runs it needs; draw(results, quick, output): drawn numbers."""
     name: str
     paper: str
     number: str
@@ -343,8 +343,8 @@ class Figure:
 
 
 def convergence_figure(results, figure, output):
-    """options["panels"]: rows of (title, norm, name, [(run, method, Style)]); a curve a study. Styles of kind `published`
-    take the norm of the published code."""
+    """options["panels"]: rows of (title, norm, name, [(run, method, Style)]); one curve per study. Styles of kind `published`
+    use the norm of the published code."""
     rows = figure.options["panels"]
     fig, axes, slot = panels(len(rows), len(rows[0]), figure.options.get("width", 3.4), 2.6, figure.options.get("legend", 0.55))
     numbers = {}
@@ -515,7 +515,7 @@ def draw_grid(axes, h):
 
 
 def stress_figure(results, figure, output):
-    """Stress of particles over x, and less that of the reference. options["panels"]: (title, [(run, method, Style)])."""
+    """Stress of particles over x, and its error. options["panels"]: (title, [(run, method, Style)])."""
     members = figure.options["panels"]
     fig, axes, slot = panels(2, len(members), 3.3, 2.4, 0.3)
     numbers = {}
@@ -565,7 +565,7 @@ def profile_figure(results, figure, output):
 
 
 def cost_figure(results, figure, output):
-    """CPU times: not the same from run to run. options["panels"]: (title, x, y, [(run, method, Style)])."""
+    """CPU times, which differ from run to run. options["panels"]: (title, x, y, [(run, method, Style)])."""
     members = figure.options["panels"]
     labels = {"h": "cell size, m", "seconds": "CPU time of the run, s", "per_step": "CPU time per step, s", "error": "RMS of displacement, m"}
     fig, axes, slot = panels(2, len(members) // 2, 3.6, 2.7, 0.5)
@@ -593,7 +593,7 @@ VORTEX = ("cfl=0.04",)
 
 
 def by_ppc(case, amplitude, dim=1):
-    """MPM with 9, CPDI and CPLS with 1, 4 and 9 particles a cell, counted as if in 2D: as Tran's legends have it."""
+    """MPM with 9, CPDI and CPLS with 1, 4 and 9 particles per cell, counted as if in 2D, like Tran's legends."""
     settings = (f"amplitude={amplitude}",)
     runs = {n: Run(case, "mpm,cpdi1,cpls" if n == 3 else "cpdi1,cpls", BAR_CELLS, n, settings) for n in (1, 2, 3)}
     members = [(runs[3], "mpm", style_of("mpm", 9))]
@@ -601,7 +601,7 @@ def by_ppc(case, amplitude, dim=1):
 
 
 def error_rows(columns, names=("displacement", "velocity", "stress")):
-    """Rows of panels: a row a quantity, a column a (title with {}, members)."""
+    """Panels: one row per quantity, one column per (title with {}, members)."""
     return [[(title.format(name), "error", name, members) for title, members in columns] for name in names]
 
 
@@ -631,7 +631,7 @@ def cost():
 
 
 def momenta(name, number, title, run, cells, first, size=True):
-    """sum m |v| of particles and nodes, as Tran's eqs. 52 and 53; and by how much the projection changes the momentum."""
+    """sum m |v| of particles and nodes (Tran's eqs. 52 and 53), and the change of momentum by the projection."""
     rows = [(f"Fig. {first + k}: {NAMES[m]}", "$\\Sigma$ m |v|, kg m/s",
              [(run, m, cells, "momentum_size", Style("particles", BLACK, "")), (run, m, cells, "grid_momentum_size", Style("nodes", GREEN, "o", " ", False))])
             for k, m in enumerate(("cpdi1", "cpls"))]
@@ -639,7 +639,7 @@ def momenta(name, number, title, run, cells, first, size=True):
 
 
 def momentum_figure(results, figure, output):
-    """history_figure, and as a last panel what the projection changes."""
+    """history_figure, with a last panel for the changes by the projection."""
     o = figure.options
     fig, axes, slot = panels(1, 3, 3.3, 2.6, 0.3)
     numbers = {}
@@ -667,14 +667,14 @@ def momentum_figure(results, figure, output):
 
 
 def momentum_defect_of(results, method, cells):
-    """Times, and the size of the nodes' momentum less that of the particles, signed sums, over the largest sum m |v|."""
+    """Times, and the norm of the nodes' momentum minus that of the particles (signed sums) over the largest sum m |v|."""
     table = results.table(results.row(method, cells), "history")
     change = np.sqrt(sum((table[f"grid_momentum_{a}"] - table[f"momentum_{a}"]) ** 2 for a in "xyz" if f"momentum_{a}" in table))
     return table["time"], change / table["momentum_size"].max()
 
 
 def energies(case, number, first, run, cells, title, exact=True):
-    """Kinetic, strain and total energies, a panel each."""
+    """Kinetic, strain and total energies, one panel each."""
     rows = []
     for k, what in enumerate(("kinetic", "strain", "total")):
         curves = [(run, m, cells, f"{what}_energy", Style(NAMES[m], METHOD_COLOURS[m], "o" if m == "cpls" else "", " " if m == "cpls" else "-", False))
@@ -844,7 +844,7 @@ def against_reference(run, cells, column, styles):
 
 
 def displacements(number, run, cells, styles):
-    """Of particle A, and how far it is from the reference."""
+    """The displacement of particle A, and its difference from the reference."""
     return [(f"Fig. {number}: displacement of A", "displacement, m", against_reference(run, cells, "displacement_A", styles)),
             ("less the reference", "difference, m", [(run, m, cells, "displacement_A - displacement_A_reference", style) for m, style in styles.items()])]
 
@@ -873,7 +873,7 @@ def sadeghirad_bar():
 
 
 def sadeghirad_ring():
-    run, still = (Run("bimaterial-ring", "cpdi2,cpdi2e,fem", (20,), set=s) for s in ((), ("end=0.0107",)))  # when it is widest
+    run, still = (Run("bimaterial-ring", "cpdi2,cpdi2e,fem", (20,), set=s) for s in ((), ("end=0.0107",)))  # the ring is widest then
     styles = {m: line_of(m) for m in ("fem", "cpdi2e", "cpdi2")}
     rows = displacements(7, run, 20, styles)
     around = []
@@ -936,7 +936,7 @@ def gallery_figures():
 # ---- commands --------------------------------------------------------------------------------------------------------
 
 def rounded(value):
-    """Numbers of six digits, arrays as lists: the same text on machines whose last digits differ."""
+    """Numbers with six digits, arrays as lists: the same text on machines whose last digits differ."""
     if isinstance(value, dict):
         return {k: rounded(v) for k, v in value.items()}
     if isinstance(value, (list, tuple, np.ndarray)):
@@ -978,7 +978,7 @@ def draw_gallery(o):
 
 
 def draw_runs(o):
-    """Histories and error maps of one call, a figure each a case and set of parameters."""
+    """Histories and error maps of one call, one figure of each per case and set of parameters."""
     results = Results(os.path.dirname(os.path.abspath(o.file)))
     groups = []
     for study in results.studies:
@@ -994,7 +994,7 @@ def draw_runs(o):
 
 
 def draw_histories(results, group, output):
-    """Energies, and what the projection changes of the momentum, on the coarsest mesh that a method ran on."""
+    """Energies, and the change of momentum by the projection, on the coarsest mesh of each method."""
     tables = []
     for study in group:
         rows = [r for r in study["rows"] if not r["failed"] and "history" in r.get("files", {})]
@@ -1024,7 +1024,7 @@ def draw_histories(results, group, output):
 
 
 def draw_maps(results, group, output):
-    """Errors of particles in 2D on the finest mesh that a method ran on, at most four methods."""
+    """Errors of particles in 2D on the finest mesh of each method, for at most four methods."""
     members = []
     for study in group:
         rows = [r for r in study["rows"] if not r["failed"] and "particles" in r.get("files", {})]

@@ -29,13 +29,13 @@ BLOCK = 884736  # 8 particles in each of 48^3 cells: what a spike of 64 cells a 
 SECONDS = 2.0  # about what a run takes
 LUMPED_SPLINES = ("bsmpm", "mass=lumped", "scheme=usl")
 
-# name of the spike, its source, its macros, the method that does the same
+# name of the spike, its source, its macros, the equivalent method
 SPIKES = [
     ("node_record, ORDER 1", "node_record.cpp", ["-DORDER=1"], ("mpm",)),
     ("node_record, ORDER 2", "node_record.cpp", ["-DORDER=2"], LUMPED_SPLINES),
     ("corner_charges", "corner_charges.cpp", [], ("cpdi1",)),
 ]
-# dimension, method, method it is compared with, how many times its time it may take
+# dimension, method, method to compare with, largest allowed ratio of times
 TIMES = [
     (3, "ugimp", "mpm", 3),
     (3, "cpgimp", "mpm", 3),
@@ -52,7 +52,7 @@ def label(method):
 
 
 class Failed(Exception):
-    """A program that did not come to its end."""
+    """A program that did not finish."""
 
 
 class Bench:
@@ -74,7 +74,7 @@ class Bench:
         return json.loads(done.stdout)
 
     def steps_for(self, dim, method, particles):
-        """As many as take about SECONDS, by a small block."""
+        """The number of steps that take about SECONDS, estimated from a small block."""
         if (dim, method) not in self.steps:
             self.steps[dim, method] = self.run(dim, method, 20000, 1)["particle_steps_per_second"]
         return int(min(max(SECONDS * self.steps[dim, method] / particles, 1), 50))
@@ -90,7 +90,7 @@ class Bench:
 
 
 def medians(measures, runs):
-    """The medians of functions that are called in turns."""
+    """The medians of functions that are called in turn."""
     values = [[] for _ in measures]
     for _ in range(runs):
         for measure, of in zip(measures, values):
@@ -99,20 +99,20 @@ def medians(measures, runs):
 
 
 def ratio(one, other, runs):
-    """That of the medians of two functions."""
+    """The ratio of the medians of two functions."""
     first, second = medians([one, other], runs)
     return first / second
 
 
 class Table:
-    """Rows that are printed when they are known."""
+    """Rows that are printed as soon as they are known."""
 
     def __init__(self):
         self.rows = []
         print(f"{'what':<68} {'limit':>8} {'value':>8}")
 
     def judge(self, group, what, relation, limit, measure):
-        """Asks measure() for the value; None is one that the system does not tell."""
+        """Calls measure() for the value; None if the system does not tell it."""
         row = {"group": group, "what": what, "relation": relation, "limit": limit, "value": None, "pass": False}
         try:
             value = measure()
@@ -149,7 +149,7 @@ def spike_speed(program, steps):
 
 
 def over_spike(bench, options, source, macros, method):
-    """The speed of a method over that of a spike."""
+    """The speed of a method relative to that of a spike."""
     with tempfile.TemporaryDirectory() as directory:
         program = pathlib.Path(directory) / source.stem
         done = subprocess.run([options.cxx, *SPIKE_FLAGS, *macros, source, "-o", program], capture_output=True, text=True)
@@ -236,7 +236,7 @@ velocity = [1.0, 0.0, 0.0]
 
 
 def judge_writing(table, bench, options):
-    """A run that writes particles every 100 steps over one that writes the first and the last ones."""
+    """The time of a run that writes particles every 100 steps over that of one that writes only the first and the last."""
     dt, steps = 1e-5, 500
 
     def run(interval):

@@ -1,8 +1,8 @@
-# changed_files PATTERN...: files of src that have changed and match, the last changed first. Sourced by scripts/test.sh.
+# changed_files PATTERN...: changed files of src that match, the last changed first. Sourced by scripts/test.sh.
 #
-# Compared with the merge base with origin/main. On main itself, as in CI, with the commit that scripts/nightly.sh last looked
-# at whole (docs/testing.md), so that what is in no nightly run is looked at in every gate; in a clone without that commit with
-# the commit before, and in one without any history nothing has changed. Files that are not committed count as changed.
+# Compares with the merge base with origin/main. On main itself, as in CI, compares with the last commit that scripts/nightly.sh
+# checked as a whole (docs/testing.md), so every gate checks what no nightly run has checked yet. In a clone without that commit
+# compares with the previous commit; without any history nothing has changed. Files that are not committed count as changed.
 
 base_of_changes() {
   local base last

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Compiles headers of src/ alone, one by one, with the compiler and flags of a configured build.
 # Usage: scripts/check_headers.sh BUILD_DIR [HEADER...], such as build/checked src/base/vec.hpp; all headers without a list.
-# One compiler message a fault, exit 1 if there is any.
+# One compiler message per fault; exit code 1 if there is any.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 build=${1:?usage: scripts/check_headers.sh BUILD_DIR [HEADER...]}
@@ -35,12 +35,12 @@ print(shlex.join(kept))
 PYTHON
 )
 
-# Paths from src/, one a line.
+# Paths from src/, one per line.
 [ $# -gt 0 ] || set -- $(cd "$root" && find src -name '*.hpp' | sort)
 headers=$(printf '%s\n' "$@" | sed 's|^src/||')
 
 cd "$root/src"
-# An empty source that includes the header: a header as main file would warn of its #pragma once.
+# An empty source that includes the header: a header as main file would cause a warning about its #pragma once.
 echo "$headers" | xargs -P "$(nproc)" -I{} sh -c "echo '#include \"{}\"' | $flags -I. -fsyntax-only -x c++ - || { echo 'src/{}: does not compile alone' >&2; exit 1; }" ||
     exit 1
 echo "$# headers compile alone"

@@ -34,7 +34,7 @@ SIZES = {"Int8": "i1", "UInt8": "u1", "Int32": "i4", "UInt32": "u4", "Int64": "i
 FIELDS = 'output.fields=["displacement","velocity","stress","deformation_gradient","density","mass","volume","pressure",' \
          '"von_mises","energy_density"]'
 
-# Name of a case: settings that keep it below 100 steps and a few seconds.
+# Names of cases, and settings that keep them below 100 steps and a few seconds.
 CASES = {
     "vibrating-bar": ["time.end=0.005", "output.interval=0.0025"],
     "two-disks": ["time.dt=0.01", "time.end=1.0", "output.interval=0.5", "body.0.velocity=[0.15,0.15]", "body.1.velocity=[-0.15,-0.15]"],
@@ -47,7 +47,7 @@ CASES = {
     "two-balls": ["grid.spacing=0.1", "time.dt=0.015", "time.end=0.6", "output.interval=0.3"],
     "ball-on-wall": ["grid.spacing=0.1", "time.end=0.2", "output.interval=0.1"],
 }
-# A ball that splines would take ten minutes for: a case, and presets that it is not run with.
+# Cases, and presets with which they are not run: splines would take ten minutes for this ball.
 TOO_LONG = {"ball-on-wall": ("spline3", "spline4", "spline5")}
 # Preset, settings: choices of the method that no preset has, on two-disks.
 CHOICES = [
@@ -64,7 +64,7 @@ CHOICES = [
     ("ddmpm", ["a0=0.25"]), ("ddmpm", ["mass=lumped"]), ("mpm", ["gradient=adjoint", "quadrature=cell"]),
 ]
 LAWS = ["neo-hookean", "st-venant-kirchhoff", "jaumann-elastic", "linear-rate-1d"]
-# Of `ordo verify`: case, presets, cells, settings. The first three with every preset.
+# Runs of `ordo verify`: case, presets, cells, settings. The first three with every preset.
 STUDIES = [
     ("vibration-1d", None, "8", []),
     ("vibration-2d", None, "8", ["end=0.002"]),
@@ -125,11 +125,11 @@ def all_runs(presets):
     return runs
 
 
-# ---- what a run wrote ------------------------------------------------------------------------------------------------
+# ---- output of a run -------------------------------------------------------------------------------------------------
 
 
 def start(program, run, folder):
-    """Exit code, message and files of a run. Places of folders and measured times are no part of messages."""
+    """Exit code, message and files of a run. Messages are without paths of folders and measured times."""
     folder.mkdir()
     words = [program, *(w.replace("OUT", str(folder)) for w in run.arguments)]
     done = subprocess.run(words, capture_output=True, text=True, errors="replace", timeout=LIMIT, check=False)
@@ -138,7 +138,7 @@ def start(program, run, folder):
 
 
 def vtk_fields(data):
-    """Arrays of a VTU or VTI file, whose data are appended raw behind lengths of 64 bits."""
+    """Arrays of a VTU or VTI file, whose data are appended raw, each after its length of 64 bits."""
     head, tail = data.split(b'<AppendedData encoding="raw">', 1)
     tail = tail[tail.index(b"_") + 1:]
     fields = {}
@@ -167,7 +167,7 @@ def csv_fields(data):
 
 
 def json_fields(data):
-    """Numbers by their path, without what was measured."""
+    """Numbers by their path, without measured times."""
     fields = {}
 
     def walk(value, path):
@@ -191,7 +191,7 @@ READERS = {".vtu": vtk_fields, ".vti": vtk_fields, ".pvd": pvd_fields, ".csv": c
 
 
 def group(name):
-    """The vector, tensor or kind that a column belongs to; its members have one scale."""
+    """The vector, tensor or kind to which a column belongs; its members share a scale."""
     if name.endswith("_energy"):
         return "energies"
     return re.sub(r"(_(x|y|z)|_(x|y|z){2})(?=_|$)", "", name) if "momentum" not in name else "momenta"
@@ -208,7 +208,7 @@ def scales(fields):
 
 
 def scales_of_run(files, suffix):
-    """Those of all files of a kind: the first frames may have nothing but rounding."""
+    """The scales of all files of a kind together: the first frames may hold only round-off."""
     result = {}
     for name, data in files.items():
         if pathlib.Path(name).suffix == suffix:
@@ -218,7 +218,7 @@ def scales_of_run(files, suffix):
 
 
 def difference(name, old, new, size):
-    """The largest relative difference of two files and the field that it is of."""
+    """The largest relative difference of two files, and its field."""
     a, b = READERS[pathlib.Path(name).suffix](old), READERS[pathlib.Path(name).suffix](new)
     if a.keys() != b.keys():
         return math.inf, "only one has " + ", ".join(sorted(a.keys() ^ b.keys()))
@@ -262,7 +262,7 @@ def echo_difference(old, new):
 
 
 def compare(old, new):
-    """What to say of a run, and the largest relative difference."""
+    """The result for a run, and the largest relative difference."""
     code, message, files = old
     if code != new[0]:
         return f"exit code {code}, then {new[0]}: {(new[1] or message).strip()[:200]}", math.inf

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Measures which lines of src the tests run: builds the preset `coverage`, runs every test, prints the part of each folder and of
-# all, and ends with exit code 1 below 90 %. With the argument --html it also writes build/coverage/html/index.html.
+# Measures which lines of src the tests run: builds the preset `coverage`, runs every test, prints the coverage of each folder and
+# of all, and ends with exit code 1 below 90 %. With the argument --html it also writes build/coverage/html/index.html.
 #   scripts/coverage.sh [--html]
-#   scripts/coverage.sh --of BUILD      the figures alone, of tests that have run in a build with --coverage
+#   scripts/coverage.sh --of BUILD      only prints the coverage of tests that have run in a build with --coverage
 set -euo pipefail
 cd "$(dirname "$0")/.."
 source scripts/packages.sh

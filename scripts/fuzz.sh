@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Fuzzes what reads input: builds the targets of tests/fuzz and runs them side by side, one a core.
+# Fuzzes the readers of input: builds the targets of tests/fuzz and runs them side by side, one per core.
 #   scripts/fuzz.sh                             20 seconds each, the same mutations each time: for CI
-#   scripts/fuzz.sh SECONDS [TARGET...]         so long each; a night: scripts/fuzz.sh 14400
-#   scripts/fuzz.sh --runs N [TARGET...]        so many inputs each
-# Starts from tests/fuzz/corpus, from inputs that ended a target once, tests/fuzz/found, and from what earlier runs found worth
-# keeping, build/fuzz/corpus. Exit code 1 where an input ends a target, hangs it for 60 s or leaks; it is then in
+#   scripts/fuzz.sh SECONDS [TARGET...]         this many seconds each; for a night: scripts/fuzz.sh 14400
+#   scripts/fuzz.sh --runs N [TARGET...]        this many inputs each
+# Starts from tests/fuzz/corpus, from inputs that once crashed a target (tests/fuzz/found), and from inputs that earlier runs kept
+# (build/fuzz/corpus). Exit code 1 if an input crashes a target, hangs it for 60 s or leaks memory; it is then in
 # build/fuzz/found.
 set -euo pipefail
 cd "$(dirname "$0")/.."

@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
-# Everything that the gate (scripts/test.sh) leaves out. Goes on after a failure and ends with exit code 1 if any step failed.
+# Everything that the gate (scripts/test.sh) leaves out. Continues after a failure and ends with exit code 1 if any step failed.
 #   scripts/nightly.sh              all steps, hours
 #   scripts/nightly.sh STEP...      some of them
-#   scripts/nightly.sh --list       what there is
-# Each step writes its row of the table in docs/testing.md when it ends: when, on which commit, on which machine, how it ended.
-# Rows of steps that did not run stay as they were. What a step prints is in build/nightly/STEP.log.
+#   scripts/nightly.sh --list       lists the steps
+# Each step writes its row of the table in docs/testing.md when it ends: time, commit, machine and result. Rows of other steps are
+# kept. The output of a step is in build/nightly/STEP.log.
 set -uo pipefail
 cd "$(dirname "$0")/.." || exit 2
 source scripts/packages.sh
 
-# NAME, what it does; each has a function below.
+# Name and description of each step; each has a function below.
 steps() {
   cat <<'END'
 tidy            clang-tidy of all sources

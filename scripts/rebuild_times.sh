@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Measures what a build costs: CPU time (user and system, all compilers and the linker together, not the wall clock) of the
-# release build as scripts/quickstart.sh does it, without ccache, and of building the program again after a change. Works in a copy
-# of the tree in a temporary folder. Prints a table for docs/performance.md.
+# Measures the cost of builds: CPU time (user and system, of all compilers and the linker, not wall-clock time) of the release
+# build of scripts/quickstart.sh without ccache, and of rebuilding the program after a change. Works in a copy of the tree in a
+# temporary folder. Prints a table for docs/performance.md.
 #   scripts/rebuild_times.sh
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-# What is changed, and one file that stands for it.
+# Kinds of changes, and a file as an example of each.
 changes=(
   "a material law|src/material/neo_hookean.hpp"
   "a choice or preset in the tables of methods|src/method/tables.cpp"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs the first hundredth of every case of cases/ and looks whether frames and history are there.
+# Runs the first hundredth of every case of cases/ and checks that frames and history are there.
 #   scripts/smoke.sh PROGRAM, such as build/release/ordo
 set -euo pipefail
 cd "$(dirname "$0")/.."

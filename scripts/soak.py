@@ -31,7 +31,7 @@ def arguments(options, cells, directory):
 
 
 def refinement(options, directory):
-    """How many times finer the grid must be: the time of a run grows with the third power."""
+    """The factor by which to refine the grid: the time of a run grows with its third power."""
     begin = time.monotonic()
     subprocess.run(arguments(options, 2, directory / "short"), check=True)
     return max(1, round(2 * (60 * options.minutes / (time.monotonic() - begin)) ** (1 / 3)))

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# The gate, which CI runs (.ci/run): sets a fresh Debian/Ubuntu machine up, then at most 20 minutes on two cores with an empty
-# ccache. Static checks; one checked build (contracts on, warnings are errors) and all tests with it, clang-tidy and headers of
-# what changed; the release build and the begin of every case with it. The last lines are ctest's. Other compilers, instructions
-# and sanitizers are in scripts/nightly.sh.
+# The gate, which CI runs (.ci/run). Sets up a fresh Debian/Ubuntu machine; then takes at most 20 minutes on two cores with an
+# empty ccache: static checks; one checked build (contracts on, warnings are errors) and all tests with it; clang-tidy and headers
+# of changed files; the release build and the beginning of every case with it. The last lines are ctest's. Other compilers,
+# instructions and sanitizers are in scripts/nightly.sh.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 source scripts/packages.sh
@@ -42,7 +42,7 @@ fi
 [ ${#sources[@]} -eq 0 ] || scripts/tidy.sh build/checked "${sources[@]}"
 took headers and clang-tidy of changed files
 
-# As scripts/quickstart.sh builds it, and with warnings as errors, for those of -O3 are others.
+# As scripts/quickstart.sh builds it, but with warnings as errors, because -O3 gives other warnings.
 step release build
 cmake --preset release -DORDO_TESTS=OFF -DORDO_BENCH=OFF -DORDO_WERROR=ON >/dev/null
 cmake --build --preset release

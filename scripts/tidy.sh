@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# clang-tidy over sources of a configured build, all of src without a list; any warning fails.
+# Runs clang-tidy on the given sources of a configured build, or on all of src; any warning fails.
 #   scripts/tidy.sh BUILD [FILE...]
 set -euo pipefail
 cd "$(dirname "$0")/.."

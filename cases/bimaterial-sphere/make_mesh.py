@@ -23,7 +23,7 @@ RADIUS = 0.5
 HEXAHEDRON = 5  # its number in Gmsh
 SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]  # corners in Gmsh's order
 
-# By scans for the best scaled Jacobian of the sphere (0.76) and volumes of neighbours that differ little (by 2.2 at most).
+# From scans for the best scaled Jacobian of the sphere (0.76) and small volume ratios of neighbours (at most 2.2).
 CORE = 0.27  # length of the core along an axis
 BULGE = 0.15, 0.07  # of the core's faces: 0, 0 is a cube; 0.29, 0.16 nearly a ball
 
@@ -41,7 +41,7 @@ def shells(u, inner, outer):
     sphere = RADIUS * cube / distance
     layers = [(1 - f) * core(u) + f * sphere for f in np.arange(1, inner + 1) / inner]
     for f in np.arange(1, outer + 1) / outer:
-        # Starts with slope (1 - R) / (distance - R): cells at the sphere are as thick everywhere as on the axes.
+        # Starts with slope (1 - R) / (distance - R): cells at the sphere have the same thickness everywhere as on the axes.
         part = f * (f + (1 - f) * (1 - RADIUS) / (distance - RADIUS))
         layers.append((1 - part) * sphere + part * cube)
     return np.concatenate(layers)

@@ -41,18 +41,18 @@ std::string build_flags()
     return flags;
 }
 
-/// A preset with what --set changed, in a dimension: what happened to it.
+/// A preset with the changes of --set, in a dimension, and the result of its run.
 struct Outcome {
     std::string method;
     std::vector<std::string> overrides;
     BenchTask task;
-    std::string refused, failed;  ///< why; empty where it ran
+    std::string refused, failed;  ///< why; empty if it ran
     Measurement m{};
 
     bool has_run() const { return refused.empty() && failed.empty(); }
 };
 
-/// Shares of the ceilings; a particle-step's part of everything.
+/// Work per particle and step, and shares of the ceilings.
 struct Shares {
     double rate, flops, bytes, of_peak, of_bandwidth;
 
@@ -72,7 +72,7 @@ double other_seconds(const Measurement& m)
 {
     double rest = m.seconds;
     for (const double s : m.stages) rest -= s;
-    return std::max(rest, 0.0);  // medians of parts may pass the median of the whole
+    return std::max(rest, 0.0);  // medians of parts may exceed the median of the whole
 }
 
 std::string title(const Outcome& o)
@@ -207,7 +207,7 @@ void print(const std::string& text)
 
 // ---- the command ----------------------------------------------------------------------------------------------------------
 
-/// The preset with the axes of --set, which may be written method.AXIS as for the other commands.
+/// The preset with the axes of --set, which may also be written method.AXIS as in other commands.
 Outcome choose(const BenchOptions& options, const std::string& method, int dim, const BenchTask& task)
 {
     Outcome o{.method = method, .overrides = options.overrides, .task = task, .refused = {}, .failed = {}};
@@ -260,7 +260,7 @@ int bench_one(const BenchOptions& options)
     run(o);
     if (!o.refused.empty()) throw InputError(o.refused);
     if (!o.failed.empty()) throw NumericalError(o.failed);
-    const Ceilings ceilings = measure_ceilings();  // afterwards: its arrays are no memory of the method
+    const Ceilings ceilings = measure_ceilings();  // after the run, so that its arrays do not count as memory of the method
     if (options.json)
         write_json(*options.json, to_json(o, ceilings));
     else

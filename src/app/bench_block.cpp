@@ -17,8 +17,8 @@ namespace {
 
 constexpr double kYoung = 1e6, kPoisson = 0.3, kDensity = 1e3;
 
-/// The time step in units of h/c. Taylor least squares want three particles a cell and axis (docs/design.md) and with two break
-/// down after a few steps: steps that hardly move anything cost the same.
+/// The time step in units of h/c. Taylor least squares need three particles per cell and axis (docs/design.md) and break down
+/// after a few steps with two; so they take tiny steps, which cost the same.
 double courant_number(const MethodSpec& method)
 {
     const bool is_taylor = method.projection == Projection::tls || method.quadrature == Quadrature::gauss;
@@ -40,7 +40,7 @@ double seconds_of(F&& f)
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-/// Of the block, in that of the box: splines that are fitted to particles want it full.
+/// The side of the block relative to the box: splines fitted to particles need a full box.
 double side_of(const MethodSpec& method) { return needs_full_grid(method) ? 1.0 : 0.75; }
 
 template <int D>
@@ -66,7 +66,7 @@ Particles<D> block_particles(const Model<D>& model)
                                                SubCells<D>{Vec<D>{}, model.h, Index<D>::filled(2)}));
     for (int i = 0; i < p.count; ++i) {
         p.v[i][0] = 0.01 * std::sin(6 * p.x[i][0]);
-        p.body[i] = p.x[i][0] > 0.5;  // bodies meet where enrichment wants an interface
+        p.body[i] = p.x[i][0] > 0.5;  // two bodies, so that enrichment has an interface
     }
     enrich(model, p);
     return p;
@@ -75,8 +75,8 @@ Particles<D> block_particles(const Model<D>& model)
 /// Resident memory from construction on.
 class Memory {
   public:
-    /// The most since construction, a particle. Where the system does not forget earlier peaks it is the most since the process
-    /// began, which tells nothing if it was there before.
+    /// The peak since construction, per particle. If the system cannot reset the peak, it is that since the start of the process,
+    /// and nothing if that was reached before.
     std::optional<double> per_particle(int particles) const
     {
         const auto peak = peak_resident_bytes();
@@ -118,7 +118,7 @@ Measurement run_block(const BenchTask& task)
 {
     Measurement m{};
     const double per_axis = std::pow(task.particles, 1.0 / D) / 2;  // cells along a side of the block
-    const int unit        = needs_full_grid(task.method) ? 4 : 8;   // cells, of which the block's share is whole
+    const int unit        = needs_full_grid(task.method) ? 4 : 8;   // cells: the block has a whole number of cells
     m.cells_per_axis      = std::max(1, static_cast<int>(std::lround(per_axis / side_of(task.method) / unit))) * unit;
     m.courant_number      = courant_number(task.method);
     const double dt       = m.courant_number / m.cells_per_axis / std::sqrt(kYoung / kDensity);

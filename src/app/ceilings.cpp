@@ -12,7 +12,7 @@ namespace ordo::app {
 
 namespace {
 
-/// The least time of f() in some runs, s.
+/// The shortest time of f() over `runs` runs, s.
 template <class F>
 double least_seconds(int runs, F&& f)
 {
@@ -27,15 +27,15 @@ double least_seconds(int runs, F&& f)
 
 double peak_flops()
 {
-    // Independent chains hide the latency of the multiply-add; all of them must fit the registers.
+    // Independent chains hide the latency of the multiply-add; all of them must fit in registers.
 #if defined(__AVX512F__)
     constexpr int chains = 12;
 #else
     constexpr int chains = 6;
 #endif
-    constexpr long turns = 1'000'000;  // milliseconds: threads then find cores that neighbours leave to them
+    constexpr long turns = 1'000'000;  // takes milliseconds, so that threads find cores that are free
     const int threads    = thread_count();
-    std::vector<Lanes> sums(static_cast<std::size_t>(threads));  // so that none of it can be left out
+    std::vector<Lanes> sums(static_cast<std::size_t>(threads));  // keeps the compiler from removing the work
     const double seconds = least_seconds(30, [&] {
         parallel_for(threads, [&](std::ptrdiff_t t) {
             Lanes x[chains];
@@ -53,14 +53,14 @@ double peak_flops()
 
 double triad_bandwidth()
 {
-    constexpr std::ptrdiff_t n = 1 << 24;  // 128 MiB a stream, more than caches hold
+    constexpr std::ptrdiff_t n = 1 << 24;  // 128 MiB per stream, more than caches hold
     Array<double> a(n), b(n), c(n);
     auto triad = [to = a.data(), one = b.data(), other = c.data()] {
         parallel_pieces(n, [=](std::ptrdiff_t begin, std::ptrdiff_t end) {
             for (std::ptrdiff_t i = begin; i < end; ++i) to[i] = one[i] + 3.0 * other[i];
         });
     };
-    std::fill(b.begin(), b.end(), 1.0);  // else both are one page of zeros
+    std::fill(b.begin(), b.end(), 1.0);  // untouched, both would be a single page of zeros
     std::fill(c.begin(), c.end(), 1.0);
     triad();
     return 3.0 * sizeof(double) * n / least_seconds(5, triad);

@@ -19,10 +19,10 @@ struct RunOptions {
 /// Runs a case; returns the exit code: 0, or 130/143 after SIGINT/SIGTERM.
 int run(const RunOptions& options);
 
-/// Parses and validates a case and prints what was resolved.
+/// Parses and validates a case and prints it with every default.
 int check(const RunOptions& options);
 
-/// Prints what there is: methods, materials, shapes, cases or input; all but input when `what` is empty.
+/// Lists methods, materials, shapes, cases or input; all except input if `what` is empty.
 int list(const std::string& what);
 
 struct VerifyOptions {
@@ -37,28 +37,28 @@ struct VerifyOptions {
     std::optional<std::string> figures;  ///< directory
 };
 
-/// Runs verification cases and judges them by their bars; 1 when a bar is missed.
+/// Runs verification cases and judges them by their bars; returns 1 if a bar is missed.
 int verify(const VerifyOptions& options);
 
 /// The two sides of `--set key=value`. Throws InputError.
 std::pair<std::string, std::string> parse_setting(const std::string& text);
 
-/// Throws InputError where a file cannot be written, before minutes are spent. `option` is named in the message.
+/// Throws InputError if a file cannot be written; called before long runs. The message names `option`.
 void require_writable_file(const std::string& option, const std::string& path);
 
 struct BenchOptions {
     bool machine = false;
     bool all     = false;                ///< every preset
-    std::optional<int> dim;              ///< 3; with `all` 2 and 3
-    std::optional<std::string> method;   ///< mpm
+    std::optional<int> dim;              ///< default 3; with `all` 2 and 3
+    std::optional<std::string> method;   ///< default mpm
     std::vector<std::string> overrides;  ///< key=value
-    std::optional<int> particles;        ///< 1e6; with `all` 2e5
-    std::optional<int> steps;            ///< 20; with `all` as many as take about two seconds
+    std::optional<int> particles;        ///< default 1e6; with `all` 2e5
+    std::optional<int> steps;            ///< default 20; with `all` as many as take about two seconds
     int repeats = 1;
     std::optional<std::string> json;  ///< file, or - for stdout
 };
 
-/// Times a block of neo-Hookean material, of one method or of all, or the machine; 1 when a run failed.
+/// Times a block of neo-Hookean material for one method or all, or the machine; returns 1 if a run failed.
 int bench(const BenchOptions& options);
 
 }  // namespace ordo::app

@@ -81,7 +81,7 @@ void list_cases()
     std::sort(names.begin(), names.end());
     for (const std::string& name : names)
         fmt::print("  {:<20} {}\n", name, io::read_case("cases/" + name + "/case.toml", {}).title);
-    if (names.empty()) fmt::print("  none here: run in the folder that holds cases/\n");
+    if (names.empty()) fmt::print("  none here: run ordo in the folder that contains cases/\n");
     fmt::print("\nVerification cases (ordo verify NAME --set parameter=value)\n");
     for (const verification::Case& c : verification::cases()) {
         int ppc = 1;

@@ -24,7 +24,7 @@ namespace {
 
 using namespace ordo;
 
-/// What the options of all commands are read into; `result` is the exit code of the command that ran.
+/// The options of all commands; `result` is the exit code of the command that ran.
 struct CommandLine {
     int threads = 0;  ///< 0 without --threads
     int result  = 0;
@@ -39,7 +39,7 @@ struct CommandLine {
 
 void add_threads(CLI::App& command, CommandLine& line)
 {
-    command.add_option("--threads", line.threads, "number of threads; all cores without it")->check(CLI::Range(1, 1024));
+    command.add_option("--threads", line.threads, "number of threads; default: all cores")->check(CLI::Range(1, 1024));
 }
 
 void use_threads(const CommandLine& line)
@@ -60,7 +60,7 @@ void add_run(CLI::App& cli, CommandLine& line)
     add_case(*run, line);
     add_threads(*run, line);
     run->add_option("--restart", line.restart,
-                    "go on from a checkpoint: its file, or latest for the newest good one in the output directory");
+                    "continue from a checkpoint: its file, or latest for the newest good one in the output directory");
     run->add_flag("--quiet", line.run.quiet, "no progress, no summary");
     run->callback([&line, run] {
         use_threads(line);
@@ -82,12 +82,12 @@ void add_check(CLI::App& cli, CommandLine& line)
 
 void add_list(CLI::App& cli, CommandLine& line)
 {
-    CLI::App* list = cli.add_subcommand("list", "what there is: methods, materials, shapes, cases, input (the reference page)");
+    CLI::App* list = cli.add_subcommand("list", "list methods, materials, shapes, cases or input (the reference page)");
     list->add_option("what", line.what)->check(CLI::IsMember({"methods", "materials", "shapes", "cases", "input"}));
     list->callback([&line] { line.result = app::list(line.what); });
 }
 
-/// Checks what CLI11 cannot, and runs the cases.
+/// Checks options that CLI11 cannot check, and runs the cases.
 void verify_as_told(const CLI::App& verify, CommandLine& line)
 {
     use_threads(line);
@@ -98,14 +98,15 @@ void verify_as_told(const CLI::App& verify, CommandLine& line)
     if (verify.count("--json") > 0) line.verify.json = line.json;
     if (verify.count("--data") > 0) line.verify.data = line.data;
     if (verify.count("--figures") > 0) line.verify.figures = line.figures;
-    if (line.verify.data && line.verify.figures) throw InputError("--figures: it writes what --data does; give one of them");
+    if (line.verify.data && line.verify.figures)
+        throw InputError("--figures: it also writes the files of --data; give only one of them");
     line.result = app::verify(line.verify);
 }
 
 void add_verify(CLI::App& cli, CommandLine& line)
 {
     CLI::App* verify =
-        cli.add_subcommand("verify", "run cases with known answers: errors, orders and whether they meet the bars");
+        cli.add_subcommand("verify", "run cases with known answers: errors, orders, and whether they meet the bars");
     verify->add_option("case", line.verify.name, "case; see ordo list cases");
     verify->add_flag("--all", line.verify.all, "every study of every case (minutes)");
     verify->add_option("--method", line.verify.methods, "presets, separated by commas")->delimiter(',')->allow_extra_args(false);
@@ -118,8 +119,8 @@ void add_verify(CLI::App& cli, CommandLine& line)
         ->allow_extra_args(false);
     verify->add_option("--json", line.json, "write JSON to a file, or to stdout with -");
     verify->add_option("--data", line.data,
-                       "directory for sums over time and particles at the end, as CSV, and their verify.json");
-    verify->add_option("--figures", line.figures, "directory for these and plots of them (needs python3 with matplotlib)");
+                       "directory for CSV files of sums over time and of the final particles, and verify.json");
+    verify->add_option("--figures", line.figures, "directory for the same files and plots (needs python3 with matplotlib)");
     add_threads(*verify, line);
     verify->callback([&line, verify] { verify_as_told(*verify, line); });
 }
@@ -129,17 +130,17 @@ void add_bench(CLI::App& cli, CommandLine& line)
     CLI::App* bench = cli.add_subcommand("bench", "particle-steps per second on a block of neo-Hookean material");
     bench->add_flag("--machine", line.bench.machine, "measure the peak of fused multiply-adds and the memory bandwidth instead");
     bench->add_flag("--all", line.bench.all, "every preset, in 2D and 3D (minutes)");
-    bench->add_option("--dim", line.bench.dim, "dimensions; 3 without it")->check(CLI::Range(1, 3));
-    bench->add_option("--method", line.bench.method, "preset; mpm without it");
+    bench->add_option("--dim", line.bench.dim, "dimensions; default: 3")->check(CLI::Range(1, 3));
+    bench->add_option("--method", line.bench.method, "preset; default: mpm");
     bench->add_option("--set", line.bench.overrides, "set an axis of the preset, key=value; may be repeated")
         ->allow_extra_args(false);
-    bench->add_option("--particles", line.bench.particles, "about how many; 1000000 without it, 200000 with --all")
+    bench->add_option("--particles", line.bench.particles, "approximate number; default: 1000000, with --all 200000")
         ->check(CLI::Range(1, 2'000'000'000));
     bench
         ->add_option("--steps", line.bench.steps,
-                     "steps to time; 20 without it, with --all as many of these as two seconds allow")
+                     "steps to time; default: 20, with --all fewer if they take more than two seconds")
         ->check(CLI::Range(1, 1'000'000'000));
-    bench->add_option("--repeat", line.bench.repeats, "times to time them; the medians are reported")
+    bench->add_option("--repeat", line.bench.repeats, "number of repetitions; medians are reported")
         ->check(CLI::Range(1, 1'000'000));
     bench->add_option("--json", line.json, "write JSON to a file, or to stdout with -");
     add_threads(*bench, line);
@@ -150,7 +151,7 @@ void add_bench(CLI::App& cli, CommandLine& line)
     });
 }
 
-/// Names the command nearest to an unknown one; CLI11 would only say that a command is missing.
+/// Suggests the nearest command for an unknown one; CLI11 only says that a command is missing.
 void require_known_command(const CLI::App& cli, const std::string& given)
 {
     std::vector<std::string> commands;
@@ -185,9 +186,9 @@ int dispatch(int argc, char** argv)
     return line.result;
 }
 
-/// Threads that wait must give up their core soon: with two busy neighbours a small 2D case took 2 to 30 times as long as
-/// with a short spin, while without neighbours the short spin cost nothing (2 cores, 2026-11). libgomp reads its
-/// environment when it is loaded, before main, so the program starts itself again, unless the user has chosen.
+/// Waiting threads must give up their core soon: with two busy neighbours a small 2D case took 2 to 30 times as long as with a
+/// short spin; without neighbours the short spin cost nothing (2 cores, 2026-11). libgomp reads its environment when it is
+/// loaded, before main, so the program starts itself again, unless the user has set the environment.
 void start_with_short_spin([[maybe_unused]] char** argv)
 {
 #if defined(ORDO_OPENMP) && defined(__linux__)
@@ -195,7 +196,7 @@ void start_with_short_spin([[maybe_unused]] char** argv)
     std::error_code none;
     const auto self = std::filesystem::read_symlink("/proc/self/exe", none);
     if (none || setenv("GOMP_SPINCOUNT", "300", 1) != 0) return;
-    execv(self.c_str(), argv);  // returns only where it fails; then all goes on as it was
+    execv(self.c_str(), argv);  // returns only if it fails; then we continue as we are
 #endif
 }
 
@@ -206,7 +207,7 @@ int main(int argc, char** argv)
     using ordo::io::say;
     start_with_short_spin(argv);
     std::signal(SIGPIPE, SIG_IGN);  // a reader that goes away must not end a run
-    std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error that says so
+    std::signal(SIGXFSZ, SIG_IGN);  // a file at its size limit gives a write error instead
     try {
         const int result = dispatch(argc, argv);
         std::cout.flush();
@@ -221,7 +222,7 @@ int main(int argc, char** argv)
     } catch (const std::bad_alloc&) {
         say("ordo: the run failed: out of memory; use fewer particles or a coarser grid\n");
     } catch (const std::system_error& e) {
-        if (e.code() == std::errc::broken_pipe) return 128 + SIGPIPE;  // the reader of stdout has seen enough
+        if (e.code() == std::errc::broken_pipe) return 128 + SIGPIPE;  // the reader of stdout has gone
         say("ordo: the run failed: {}\n", e.what());
     } catch (const std::exception& e) {
         say("ordo: the run failed: {}\n", e.what());

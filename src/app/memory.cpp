@@ -33,7 +33,7 @@ bool reset_peak_resident_bytes()
 #if defined(__GLIBC__)
     malloc_trim(0);
 #endif
-    std::ofstream clear("/proc/self/clear_refs");  // 5: the peak becomes what is resident, see proc(5)
+    std::ofstream clear("/proc/self/clear_refs");  // 5 resets the peak to the resident memory, see proc(5)
     return static_cast<bool>(clear << 5 << std::flush);
 }
 

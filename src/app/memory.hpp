@@ -1,16 +1,16 @@
-// Resident memory of this process, as Linux tells it in /proc/self.
+// Resident memory of this process, from Linux' /proc/self.
 #pragma once
 
 #include <optional>
 
 namespace ordo::app {
 
-/// Resident bytes now and the most there were; nothing where the system does not say.
+/// Current and peak resident bytes; nothing if the system does not tell.
 std::optional<double> resident_bytes();
 std::optional<double> peak_resident_bytes();
 
-/// Gives back what is free, and starts the peak anew from what remains. False where the system cannot: the peak is then
-/// that of the whole process.
+/// Returns free memory to the system and resets the peak. False if the system cannot: the peak is then that of the whole
+/// process.
 bool reset_peak_resident_bytes();
 
 }  // namespace ordo::app

@@ -1,4 +1,4 @@
-// What the commands share of reading their options.
+// Parsing and checking of options, shared by the commands.
 #include "app/commands.hpp"
 #include "base/error.hpp"
 #include "io/file.hpp"

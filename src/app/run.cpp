@@ -21,8 +21,7 @@ volatile std::sig_atomic_t g_signal = 0;
 
 extern "C" void remember_signal(int signal) { g_signal = signal; }
 
-/// Finishes the step on SIGINT, SIGTERM and SIGHUP, but for one that nohup has switched off; a second signal of the same kind
-/// kills.
+/// SIGINT, SIGTERM and SIGHUP (unless nohup ignores it) end the run after the step; a second signal of the same kind kills it.
 void catch_signals()
 {
     struct sigaction action {};
@@ -56,7 +55,7 @@ auto with_dim(int dim, F&& f)
     }
 }
 
-/// Some methods have no stable time step; they run well where particles stay near sub-cell centres or runs are short.
+/// Some methods have no stable time step; they still work if particles stay near sub-cell centres or runs are short.
 void warn_of_instability(const MethodSpec& method)
 {
     if (const Instability* found = instability_of(method))
@@ -65,7 +64,7 @@ void warn_of_instability(const MethodSpec& method)
                 found->why);
 }
 
-/// What is said at the end of a run.
+/// The messages at the end of a run.
 template <int D>
 class Summary : public Observer<D> {
   public:
@@ -90,7 +89,7 @@ void announce(const io::CaseInput& input, const Simulation<D>& sim, bool is_rest
     const State<D>& s = sim.state();
     io::say("{}: {}D, {} particles, {} on {} thread{}\n", input.title.empty() ? "ordo" : input.title, D, s.particles.count,
             input.method.preset, thread_count(), thread_count() > 1 ? "s" : "");
-    if (is_restart) io::say("goes on from step {}, t = {:.6g} s\n", s.n, s.t);
+    if (is_restart) io::say("continues from step {}, t = {:.6g} s\n", s.n, s.t);
     warn_of_instability(sim.model().method);
 }
 
@@ -101,7 +100,7 @@ Simulation<D> simulation_of(const io::CaseInput& input)
                          [](const std::string& found) { io::say("ordo: warning: {}\n", found); });
 }
 
-/// The files of a run from its start, with the fields of the first row, or of one that goes on.
+/// The output files of a run: new ones, after projecting for the first row, or those that a restart continues.
 template <int D>
 io::Writer<D> files_of(const io::CaseInput& input, Simulation<D>& sim, const std::optional<io::Written>& restart)
 {
@@ -113,7 +112,7 @@ io::Writer<D> files_of(const io::CaseInput& input, Simulation<D>& sim, const std
     return {input, sim.model(), sim.state().particles};
 }
 
-/// A case from its start, or from a checkpoint, to its end or to a signal. Returns the exit code.
+/// Runs a case from its start or a checkpoint to its end or a signal. Returns the exit code.
 template <int D>
 int run_case(const io::CaseInput& input, const RunOptions& options)
 {
@@ -140,7 +139,7 @@ int run_case(const io::CaseInput& input, const RunOptions& options)
     catch_signals();
     sim.run(is_stopped);
     if (!g_signal) return 0;
-    io::say("ordo: stopped by signal {} at t = {:.6g} s; what was computed is written\n", static_cast<int>(g_signal),
+    io::say("ordo: stopped by signal {} at t = {:.6g} s; results so far are written\n", static_cast<int>(g_signal),
             sim.state().t);
     return 128 + static_cast<int>(g_signal);
 }

@@ -35,15 +35,15 @@ const Case& find_case(const std::string& name)
     throw InputError(fmt::format("{}: there is no such verification case. {}", name, io::suggestion(name, names)));
 }
 
-/// The studies to run. Those of the case, or of all cases, as they stand; with any of cells, ppc, set or a method for one
-/// case, one study a method with what was asked for and the defaults of the case.
+/// The studies to run: those of the case, or of all cases. If cells, ppc, set or methods are given for a case: one study per
+/// method with these and the defaults of the case.
 std::vector<Resolved> choose_studies(const VerifyOptions& options)
 {
     for (const std::string& m : options.methods) io::preset_called(m);
     for (std::size_t k = 1; k < options.cells.size(); ++k)
         if (options.cells[k] <= options.cells[k - 1])
             throw InputError(
-                fmt::format("--cells: {} after {}; meshes must become finer", options.cells[k], options.cells[k - 1]));
+                fmt::format("--cells: {} after {}; list meshes from coarse to fine", options.cells[k], options.cells[k - 1]));
     const bool is_custom = !options.cells.empty() || options.ppc || !options.overrides.empty() || !options.methods.empty();
     std::vector<Resolved> studies;
     if (options.all) {
@@ -73,7 +73,7 @@ std::vector<Resolved> choose_studies(const VerifyOptions& options)
     return studies;
 }
 
-/// Prints to stdout, or to stderr where stdout is for the JSON; a stderr that cannot be written ends nothing.
+/// Prints to stdout, or to stderr if stdout is for the JSON. A stderr that cannot be written does not end the run.
 void print(std::FILE* table, const std::string& text)
 {
     if (table == stderr)
@@ -90,10 +90,10 @@ void write_file(const std::filesystem::path& path, const std::string& text)
     file.commit();
 }
 
-/// A directory with verify.json without times, so that it is the same in each run, and the tables of its rows beside it.
+/// A directory with verify.json, without times so that it is the same in each run, and the tables of its rows.
 class Data {
   public:
-    /// Throws InputError where it cannot be written: before minutes are spent.
+    /// Throws InputError if it cannot be written, before any run.
     Data(const std::string& option, const std::filesystem::path& directory) : directory_(directory)
     {
         std::error_code failure;
@@ -161,21 +161,21 @@ Result run_study(const Resolved& study, const Data* data, int number, std::FILE*
     return result;
 }
 
-/// Plots by python/ordo_figures.py and ordo_gallery.py, which lie beside the sources or in share/ordo of an installation.
+/// Plots with python/ordo_figures.py and ordo_gallery.py, which are in the source tree or in share/ordo of an installation.
 class Figures {
   public:
-    /// Throws InputError where the plots could not be made: before minutes are spent.
+    /// Throws InputError if plots cannot be made, before any run.
     explicit Figures(const std::filesystem::path& directory) : directory_(directory)
     {
         std::error_code failure;
         const auto here = std::filesystem::read_symlink("/proc/self/exe", failure).parent_path();
         for (const char* place : {"../../python", "../share/ordo"})
             if (std::filesystem::exists(here / place / "ordo_figures.py")) script_ = here / place / "ordo_figures.py";
-        if (script_.empty()) refuse("ordo_figures.py is neither beside the sources nor in share/ordo");
+        if (script_.empty()) refuse("ordo_figures.py is neither in the source tree nor in share/ordo");
         if (run({"-c", "import matplotlib, numpy"}) != 0) refuse("python3 has no matplotlib; install python3-matplotlib");
     }
 
-    /// From what Data wrote.
+    /// Plots the files of Data.
     void draw() const
     {
         const std::string gallery = script_.parent_path() / "ordo_gallery.py", json = directory_ / "verify.json";
@@ -187,7 +187,7 @@ class Figures {
   private:
     [[noreturn]] static void refuse(const std::string& why) { throw InputError("--figures: " + why); }
 
-    /// The exit code of Debian's python3, which has Debian's packages, or of the one in the path.
+    /// Runs Debian's python3, which has Debian's packages, or else the one in the path. Returns the exit code.
     static int run(std::vector<std::string> arguments)
     {
         const bool has_debians = access("/usr/bin/python3", X_OK) == 0;
@@ -195,7 +195,7 @@ class Figures {
         std::vector<char*> argv;
         for (std::string& a : arguments) argv.push_back(a.data());
         argv.push_back(nullptr);
-        // What python prints goes to stderr: stdout may be for the JSON.
+        // Output of python goes to stderr: stdout may be for the JSON.
         posix_spawn_file_actions_t actions{};
         posix_spawn_file_actions_init(&actions);
         posix_spawn_file_actions_adddup2(&actions, STDERR_FILENO, STDOUT_FILENO);
@@ -229,7 +229,7 @@ int verify(const VerifyOptions& options)
     for (const Resolved& study : studies) {
         results.push_back(run_study(study, data ? &*data : nullptr, static_cast<int>(results.size()) + 1, table));
         failures += results.back().pass() == false;
-        if (options.json && *options.json != "-") write_file(*options.json, to_json(results));  // so far: a night is long
+        if (options.json && *options.json != "-") write_file(*options.json, to_json(results));  // results so far, in long runs
     }
     const std::string json = to_json(results);
     if (options.json == "-") fmt::print("{}", json);

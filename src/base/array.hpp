@@ -1,5 +1,5 @@
-// The owner of a run of trivially copyable elements: zeroed, aligned to a cache line, pages touched only when used.
-// A grid of a thousand cells a side thus costs memory for the material only.
+// An owned array of trivially copyable elements: zeroed, aligned to a cache line, pages touched only when used.
+// So a grid of a thousand cells a side costs memory for the material only.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@
 
 namespace ordo {
 
-/// Gives memory back to the system, or to the heap where nothing of it is mapped.
+/// Gives memory back to the system if it is mapped, else to the heap.
 struct ReleaseMemory {
     std::size_t mapped = 0;  ///< bytes
 
@@ -34,17 +34,16 @@ struct ReleaseMemory {
 };
 using Memory = std::unique_ptr<void, ReleaseMemory>;
 
-/// Where memory comes from. The heap may hand out again what was touched before, which is faster than new pages, but is then
-/// cleared as a whole. Own pages cost what is touched of them and go back to the system: for what is sparse, or needed for a
-/// moment.
+/// Where memory comes from. The heap may reuse memory that was touched before, which is faster than new pages but must be
+/// cleared as a whole. Own pages cost only what is touched and go back to the system: for sparse or short-lived arrays.
 enum class Pages { heap, own };
 
 /// Zeroed bytes. Throws std::bad_alloc.
 inline Memory make_memory(std::size_t bytes, [[maybe_unused]] Pages pages)
 {
 #if defined(__linux__)
-    // By default Linux refuses an allocation larger than memory and swap together, however little of it would be touched;
-    // not so without reserve.
+    // By default Linux refuses an allocation larger than memory and swap together, however little of it would be touched.
+    // With MAP_NORESERVE it does not.
     const std::size_t large = (pages == Pages::heap ? std::size_t{6} : std::size_t{1}) << 20;
     if (bytes >= large) {
         void* p = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
@@ -52,7 +51,7 @@ inline Memory make_memory(std::size_t bytes, [[maybe_unused]] Pages pages)
         return Memory(p, {bytes});
     }
 #endif
-    // calloc maps untouched zero pages for large sizes; aligned_alloc would have to write them.
+    // calloc maps untouched zero pages for large sizes; memory of aligned_alloc would have to be cleared.
     Memory memory(std::calloc(bytes, 1));
     if (!memory) throw std::bad_alloc();
     return memory;
@@ -101,7 +100,7 @@ class Array {
     std::size_t size_ = 0;
 };
 
-/// Room for n elements, and for more once their number has grown: it changes from step to step.
+/// Makes room for n elements, and for a quarter more if the array must grow: n changes from step to step.
 template <class T>
 void keep_room(Array<T>& array, std::size_t n)
 {

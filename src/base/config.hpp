@@ -7,16 +7,16 @@
 #define ORDO_HD
 #endif
 
-// For what is rare in a particle loop: inlined everywhere it would only cost compile time.
+// For functions that are rarely called in a particle loop: inlining them would only cost compile time.
 #if defined(__GNUC__) && !defined(__CUDACC__)
 #define ORDO_CALL __attribute__((noinline))
 #else
 #define ORDO_CALL
 #endif
 
-// For the small tensor operations in particle loops: left alone, the compiler calls them (measured: 60 % of a gather).
-// Not under the address sanitizer, whose builds would take minutes a file, nor with ORDO_FLATTEN=OFF: -O1 without takes 12 s for
-// passes_hat.cpp instead of 35 s.
+// For the small tensor operations in particle loops: otherwise the compiler calls them (measured: 60 % of a gather).
+// Off under the address sanitizer, whose builds would take minutes a file, and with ORDO_FLATTEN=OFF: passes_hat.cpp then takes
+// 12 s at -O1 instead of 35 s.
 #if defined(__GNUC__) && !defined(__CUDACC__) && defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(ORDO_NO_FLATTEN)
 #define ORDO_FLAT ORDO_HD __attribute__((always_inline))

@@ -8,7 +8,7 @@
 
 namespace ordo {
 
-/// What the user gave cannot be used: exit code 2, nothing written. The message says where, what, why and the remedy.
+/// The user's input cannot be used: exit code 2, nothing written. The message says where, what, why and the remedy.
 struct InputError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
@@ -18,7 +18,7 @@ struct NumericalError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// The machine failed us (disk full, unwritable file): exit code 1.
+/// Output cannot be written (disk full, unwritable file): exit code 1.
 struct OutputError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };

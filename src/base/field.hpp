@@ -10,7 +10,7 @@
 
 namespace ordo {
 
-/// Where and when a field is asked for: the current place x, the initial place X of the material point, the time t.
+/// Where and when a field is evaluated: current position x, initial position X of the material point, time t.
 struct FieldPoint {
     Vec<3> x;
     Vec<3> X;

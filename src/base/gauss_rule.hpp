@@ -12,8 +12,8 @@ struct GaussPoint {
     double at, weight;
 };
 
-/// The n points of Gauss' rule on [0, 1], ascending, and their weights, which sum to 1: by Newton's method on Legendre
-/// polynomials.
+/// The n points of Gauss' rule on [0, 1], ascending, and their weights, which sum to 1. Newton's method on Legendre
+/// polynomials finds them.
 inline std::vector<GaussPoint> gauss_rule(int n)
 {
     std::vector<GaussPoint> rule;

@@ -11,7 +11,7 @@ constexpr int power_of(int base, int exponent) { return exponent == 0 ? 1 : base
 template <int D>
 using Index = Vec<D, int>;
 
-/// The number of an index among 0 <= k < counts, the first axis fastest.
+/// The flat number of an index 0 <= k < counts, the first axis fastest.
 template <int D>
 constexpr int number_of(const Index<D>& k, const Index<D>& counts)
 {
@@ -25,7 +25,7 @@ template <int D>
 struct IndexBox {
     Index<D> lo, hi;
 
-    /// `center` and all within `reach` of it along each axis.
+    /// `center` and all indices within `reach` of it along each axis.
     static IndexBox around(const Index<D>& center, int reach)
     {
         return {center + Index<D>::filled(-reach), center + Index<D>::filled(reach + 1)};

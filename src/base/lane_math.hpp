@@ -1,12 +1,12 @@
 // sin, cos, log and sqrt of eight numbers at once, for stresses of eight particles and for body forces by automatic
-// differentiation: glibc's vector library (libmvec) where CMake found it and the machine has the registers, else one by one.
+// differentiation. Uses glibc's vector library (libmvec) if CMake found it and the machine has the registers, else a loop.
 #pragma once
 
 #include "base/lanes.hpp"
 
 #include <cmath>
 
-// Names of glibc's vector ABI: e and d are AVX-512 and AVX2, the number is that of the lanes.
+// Names of glibc's vector ABI: e is AVX-512, d is AVX2; the number is the number of lanes.
 #if defined(ORDO_LIBMVEC) && defined(__AVX512F__)
 extern "C" {
 [[gnu::const]] ordo::Lanes::Vector _ZGVeN8v_sin(ordo::Lanes::Vector);

@@ -1,7 +1,7 @@
 // Eight doubles that are added and scaled together: one node record, one cache line; or one number of eight particles, when
 // Lanes is the scalar of Vec and Mat.
-// One AVX-512 register, or two halves of 32 bytes where the machine is narrower: left to itself the compiler splits
-// 64-byte vectors badly (a seventh of the speed on AVX2). Plain loops on a device.
+// One AVX-512 register, or two halves of 32 bytes on narrower machines, where the compiler itself splits 64-byte vectors
+// badly (a seventh of the speed on AVX2). Plain loops on a device.
 #pragma once
 
 #include "base/config.hpp"
@@ -14,7 +14,7 @@
 
 namespace ordo {
 
-using std::fabs;  // beside that of eight numbers
+using std::fabs;  // beside the overload for Lanes
 
 #if !defined(__CUDACC__) && defined(__AVX512F__)
 struct alignas(64) Lanes {
@@ -227,7 +227,7 @@ ORDO_FLAT inline double sum(const Lanes& a)
     return r;
 }
 
-/// The first four of eight lanes, for what only they hold: half the work.
+/// Four lanes, for values that only the first four of eight lanes hold: half the work.
 struct alignas(32) Quad {
 #if !defined(__CUDACC__)
     using Vector = double __attribute__((vector_size(32)));
@@ -265,7 +265,7 @@ struct alignas(32) Quad {
 #endif
 };
 
-/// The first four lanes, and eight of twice four.
+/// `low` takes the first four lanes, `join` makes eight lanes from two times four.
 ORDO_FLAT inline Quad low(const Lanes& a)
 {
 #if !defined(__CUDACC__) && defined(__AVX512F__)

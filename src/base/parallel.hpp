@@ -1,4 +1,4 @@
-// The only place that knows of threads. Loops whose result does not depend on how many there are.
+// The only place that knows of threads. Results of these loops do not depend on their number.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,7 @@ inline void set_thread_count(int) {}
 #endif
 
 /// f(k) for k in [0, n), each k by one thread, in any order. The calls must not touch common data, and must not throw.
-/// Where they are too short to pay for threads, `worth` is false.
+/// `worth` is false where they are too short to pay for threads.
 template <class F>
 void parallel_for(std::ptrdiff_t n, F&& f, [[maybe_unused]] bool worth = true)
 {
@@ -43,7 +43,7 @@ void parallel_pieces(std::ptrdiff_t n, F&& f)
     parallel_for((n + kPiece - 1) / kPiece, [&](std::ptrdiff_t k) { f(k * kPiece, std::min(n, (k + 1) * kPiece)); });
 }
 
-/// f(i) for i in [0, n), in pieces: for cheap bodies.
+/// f(i) for i in [0, n), in pieces: for cheap f.
 template <class F>
 void parallel_for_each(std::ptrdiff_t n, F&& f)
 {
@@ -52,8 +52,8 @@ void parallel_for_each(std::ptrdiff_t n, F&& f)
     });
 }
 
-/// The fold of f(i) over [0, n) by `combine(total, value)`, starting at `zero`: pieces in parallel, then the pieces in
-/// order, so that the result is the same for any number of threads.
+/// The fold of f(i) over [0, n) by `combine(total, value)`, starting at `zero`. Pieces are folded in parallel and then combined
+/// in order, so the result is the same for any number of threads.
 template <class T, class F, class Combine>
 T parallel_reduce(std::ptrdiff_t n, T zero, F&& f, Combine&& combine)
 {

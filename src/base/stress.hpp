@@ -1,11 +1,11 @@
-// The Cauchy stress of a particle: symmetric, with the normal components across the plane of a 1D or 2D problem.
+// The Cauchy stress of a particle: symmetric, including the out-of-plane normal components of 1D and 2D problems.
 #pragma once
 
 #include "base/vec.hpp"
 
 namespace ordo {
 
-/// xx, yy, zz, then in 2D xy, in 3D xy, yz, zx. Strains across a 1D or 2D problem are zero, stresses are not.
+/// xx, yy, zz, then in 2D xy, in 3D xy, yz, zx. Out-of-plane strains of a 1D or 2D problem are zero, stresses are not.
 template <int D, class T = double>
 struct Stress {
     static_assert(D >= 1 && D <= 3);
@@ -34,7 +34,7 @@ struct Stress {
     friend ORDO_FLAT constexpr bool operator==(const Stress&, const Stress&) = default;
 };
 
-/// The stress with the components of `plane` (its upper half counts) and the same normal stress `lateral` across it.
+/// The stress with the in-plane components `plane` (only its upper triangle is read) and out-of-plane normal stresses `lateral`.
 template <int D, class T>
 ORDO_FLAT constexpr Stress<D, T> make_stress(const Mat<D, T>& plane, const T& lateral)
 {

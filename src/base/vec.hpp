@@ -8,7 +8,7 @@
 
 namespace ordo {
 
-/// The larger and the smaller of two numbers; `a` where b is not a number. std::fmax would be a call to the library.
+/// The larger and the smaller of two numbers; `a` if b is not a number. std::fmax would be a library call.
 template <class T>
 ORDO_FLAT constexpr T larger(T a, T b)
 {
@@ -177,7 +177,7 @@ ORDO_FLAT constexpr Vec<D, T> column(const Mat<D, T>& a, int j)
     return r;
 }
 
-/// The cofactor matrix: cof(A) = det(A) A^-T; its columns give corner domains their gradient.
+/// The cofactor matrix cof(A) = det(A) A^-T; gradients of corner domains are made of its columns.
 template <int D, class T>
 ORDO_FLAT constexpr Mat<D, T> cofactor(const Mat<D, T>& a)
 {
@@ -211,7 +211,7 @@ ORDO_FLAT constexpr T det(const Mat<D, T>& a)
                a(0, 2) * (a(1, 0) * a(2, 1) - a(1, 1) * a(2, 0));
 }
 
-/// The inverse of a regular matrix; the caller has checked det(a) != 0.
+/// The inverse; the caller has checked det(a) != 0.
 template <int D, class T>
 ORDO_FLAT constexpr Mat<D, T> inverse(const Mat<D, T>& a)
 {

@@ -1,13 +1,12 @@
-// The recursion of splines, from the distances of a place to the knots around it.
+// The recursion of Cox and de Boor, from the distances between a place and the knots around it.
 #pragma once
 
 #include "base/config.hpp"
 
 namespace ordo {
 
-/// Values and slopes of the P + 1 functions of degree P that do not vanish between two knots: the recursion of Cox and de Boor
-/// (Piegl & Tiller, The NURBS Book, 1997, A2.2). left[j] is the distance to the j-th knot before the place, right[j] to the
-/// j-th after it, j = 1 to P.
+/// Values and slopes of the P + 1 functions of degree P that do not vanish between two knots (Piegl & Tiller, The NURBS Book,
+/// 1997, A2.2). left[j] is the distance to the j-th knot before the place, right[j] to the j-th knot after it, j = 1 to P.
 template <int P>
 ORDO_FLAT inline void cox_de_boor(const double (&left)[P + 1], const double (&right)[P + 1], double (&w)[P + 1],
                                   double (&dw)[P + 1])
@@ -19,7 +18,7 @@ ORDO_FLAT inline void cox_de_boor(const double (&left)[P + 1], const double (&ri
             const double q = w[r] / (right[r + 1] + left[j - r]);
             w[r]           = value + right[r + 1] * q;
             value          = left[j - r] * q;
-            dw[r]          = j * (slope - q);  // of degree j, from functions of degree j - 1; kept for j = P
+            dw[r]          = j * (slope - q);  // of degree j, from functions of degree j - 1; the last are those of degree P
             slope          = q;
         }
         w[j]  = value;

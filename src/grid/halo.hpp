@@ -1,4 +1,4 @@
-// Where nodes repeat each other: on a periodic axis today, between ranks later. The step calls `add` after each scatter
+// Nodes that repeat others: on periodic axes today, between ranks later. The step calls `add` after each scatter
 // and `copy` after each change of node values; both do nothing on a grid without images.
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace ordo {
 
-/// The pairs (node of the margin, node it repeats) of the blocks that the material touches.
+/// The pairs (margin node, node that it repeats) in the blocks that the material touches.
 template <int D>
 class Halo {
   public:
@@ -33,17 +33,17 @@ class Halo {
                         pairs_[a].push_back({lattice.offset(k), lattice.offset(image)});
                     });
             }
-            // Else a node has one ghost at most.
+            // On longer periods a node has one ghost at most.
             if (lattice.nodes[a] > 2 * lattice.cells[a])
                 std::stable_sort(pairs_[a].begin(), pairs_[a].end(),
                                  [](const Pair& p, const Pair& q) { return p.image < q.image; });
         }
     }
 
-    /// Another pair along axis a, of nodes that are not of the grid.
+    /// Another pair along axis a, for nodes that are not in the grid.
     void add_pair(int a, std::ptrdiff_t ghost, std::ptrdiff_t image) { pairs_[a].push_back({ghost, image}); }
 
-    /// Adds lanes [first, last) of the margin to the nodes they repeat.
+    /// Adds lanes [first, last) of the margin to the nodes that it repeats.
     void add(Lanes* nodes, int first, int last) const
     {
         for (const auto& axis : pairs_)
@@ -52,7 +52,7 @@ class Halo {
             });
     }
 
-    /// Copies nodes to the margin that repeats them. Axes in the reverse order of `add`, so that corners come right.
+    /// Copies nodes to the margin that repeats them. It takes the axes in the reverse order of `add`, so that corners are right.
     void copy(Lanes* nodes) const
     {
         for (int a = D - 1; a >= 0; --a) for_each(pairs_[a], [=](const Pair& p) { nodes[p.ghost] = nodes[p.image]; });
@@ -85,8 +85,8 @@ class Halo {
         std::ptrdiff_t ghost, image;
     };
 
-    /// f(pair) for the pairs of an axis in parallel; those of one image, which follow each other, by one thread in their
-    /// order, so that sums are the same for any number of threads.
+    /// f(pair) for the pairs of an axis in parallel. Pairs of one image are neighbours in the list; one thread takes them in
+    /// order, so sums are the same for any number of threads.
     template <class F>
     static void for_each(const std::vector<Pair>& pairs, F&& f)
     {

@@ -1,5 +1,5 @@
 // The background grid: index maths of a regular lattice of nodes, and the record that a node holds.
-// Used by shapes and kernels; knows nothing of particles. A node is a function of the basis: with splines one more an axis
+// Used by shapes and kernels; knows nothing of particles. A node is a function of the basis: splines have one more per axis
 // for each degree above the first.
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace ordo {
 
-/// Lanes of a node record. Before `advance` a node holds sums over particles, after it velocities:
+/// Lanes of a node record. A node holds sums over particles before `advance`, and velocities after it:
 /// momentum (kg m/s) -> velocity (m/s); mass (kg); force (N) -> velocity increment of the step (m/s); volume (m^D).
 struct NodeLane {
     static constexpr int velocity  = 0;
@@ -22,14 +22,14 @@ struct NodeLane {
     static constexpr int end       = 8;
 };
 
-/// What a basis of the grid is made of, beside its template.
+/// Parameters of the basis that are known at run time only.
 struct GridBasis {
     int degree = 1;
-    double a0  = 0.5;  ///< ddmpm: the part of the plain gradient in the middle of a cell
+    double a0  = 0.5;  ///< ddmpm: weight of the plain gradient in the middle of a cell
 };
 
-/// A regular lattice of cells of size h with `margin` extra layers of nodes around it, so that domains that reach over
-/// the edge of the grid, and the images of a periodic axis, have nodes to write to.
+/// A regular lattice of cells of size h with `margin` extra layers of nodes around it. Domains that reach over the edge of
+/// the grid and the images of a periodic axis write to these.
 template <int D>
 struct Lattice {
     static constexpr int dim = D;
@@ -64,7 +64,7 @@ struct Lattice {
     {
         return (x - origin[a]) * inv_h[a] + margin;
     }
-    /// The place of node k of axis a in cells from the lower face: of a spline its Greville point, the mean of its knots.
+    /// The place of node k of axis a in cells from the lower face; for a spline its Greville point, the mean of its inner knots.
     ORDO_HD double node_place(int a, int k) const
     {
         const int p = basis.degree;
@@ -75,24 +75,24 @@ struct Lattice {
     }
     /// The same, m.
     ORDO_HD double node_position(int a, int k) const { return origin[a] + node_place(a, k) * h[a]; }
-    /// The middle of a cell, which has the index of its lower node.
+    /// The centre of a cell; a cell has the index of its lower node.
     ORDO_HD Vec<D> cell_center(const Index<D>& cell) const
     {
         Vec<D> x{};
         for (int a = 0; a < D; ++a) x[a] = origin[a] + (cell[a] - margin + 0.5) * h[a];
         return x;
     }
-    /// Whether a cell lies in the grid, not in its margin.
+    /// Whether a cell lies in the grid and not in its margin.
     ORDO_HD bool has_cell(const Index<D>& cell) const
     {
         for (int a = 0; a < D; ++a)
             if (cell[a] < margin || cell[a] >= margin + cells[a]) return false;
         return true;
     }
-    /// The knot between cells k - 1 and k, counted inside the grid; at faces as many knots meet as the degree and one.
+    /// The knot between cells k - 1 and k, counted inside the grid; degree + 1 knots meet at a face.
     ORDO_HD int knot(int a, int k) const { return periodic[a] ? k : smaller(larger(k, 0), cells[a]); }
-    /// The integral of the function of node k along axis a over the grid, m: the span of its knots over degree + 1. A hat
-    /// of the margin counts whole.
+    /// The integral of the function of node k along axis a over the grid, m: the span of its knots / (degree + 1). A hat in
+    /// the margin counts whole.
     ORDO_HD double node_length(int a, int k) const
     {
         const int p = basis.degree, j = k - margin;
@@ -129,14 +129,14 @@ struct Lattice {
         const int n = cells[a];
         return ((k - margin) % n + n) % n + margin;
     }
-    /// The same of a node or cell on all its periodic axes.
+    /// The same for a node or cell, along all periodic axes.
     Index<D> inside_period(Index<D> at) const
     {
         for (int a = 0; a < D; ++a)
             if (periodic[a]) at[a] = periodic_image(a, at[a]);
         return at;
     }
-    /// Where a place of any period is in the first one.
+    /// A place moved into the first period.
     Vec<D> inside_period(Vec<D> x) const
     {
         for (int a = 0; a < D; ++a) {
@@ -145,7 +145,7 @@ struct Lattice {
         }
         return x;
     }
-    /// Whether it stands for one inside the period.
+    /// Whether a node or cell repeats one inside the period.
     bool is_image(const Index<D>& at) const { return !(inside_period(at) == at); }
 };
 

@@ -1,5 +1,5 @@
-// Numbers of the nodes that hold something: rows of a sparse matrix over the lattice, whose vectors have no gaps.
-// Used by the consistent mass matrix; knows nothing of entries. Row 0 is none: there a vector is zero.
+// Numbers the nodes with mass: the rows of a sparse matrix over the lattice, so that its vectors have no gaps.
+// Used by the consistent mass matrix; knows nothing of entries. Row 0 stands for no node: vectors are zero there.
 #pragma once
 
 #include "base/array.hpp"
@@ -15,7 +15,7 @@
 
 namespace ordo {
 
-/// What kernels see of it: the row of a place. Places are those of the lattice and `reach` nodes around it, so that neighbours
+/// The view for kernels: the row of a place. Places are the nodes of the lattice and of `reach` layers around it, so neighbours
 /// need no test for the edge.
 template <int D>
 struct RowView {
@@ -48,12 +48,12 @@ struct RowLines {
     }
 };
 
-/// The rows of nodes, in the order of the lattice within a row of blocks: neighbours along the first axis have consecutive numbers,
-/// and those along the others are in the cache still.
+/// The rows of nodes, in the order of the lattice within a row of blocks: neighbours along the first axis have consecutive
+/// numbers, and neighbours along the others are still in the cache.
 template <int D>
 class NodeRows {
   public:
-    /// Numbers the nodes inside the period for which has(node) holds. Returns false where nothing has changed.
+    /// Numbers the nodes inside the period for which has(node) is true. Returns false if nothing has changed.
     template <class Has>
     bool assign(const Lattice<D>& lattice, const Tiles<D>& tiles, int reach, Has&& has)
     {
@@ -61,7 +61,7 @@ class NodeRows {
         auto forget      = [&] {
             if (!std::exchange(has_changed, true)) for_each_place([&](std::ptrdiff_t place, int) { row_of_[place] = 0; });
         };
-        // In place: a list beside the one that there is would be a byte for each of eight particles in a cell.
+        // In place: with eight particles a cell, a second list would cost a byte per particle.
         auto set = [&](std::vector<std::ptrdiff_t>& list, std::size_t at, std::ptrdiff_t node) {
             if (at < list.size() && list[at] == node) return;
             forget();
@@ -92,18 +92,18 @@ class NodeRows {
     int end() const { return count() + 1; }
     int end_with_images() const { return end() + static_cast<int>(ghosts_.size()); }
     std::ptrdiff_t node(int row) const { return nodes_[row]; }
-    /// Of a node of the lattice; 0 is none.
+    /// The row of a node of the lattice; 0 if it has none.
     int row(std::ptrdiff_t node) const { return row_of_[view_.place(lattice_.index(node))]; }
     RowView<D> view() const { return view_; }
-    /// Where an axis is periodic they end at the seam.
+    /// On a periodic axis lines end at the seam.
     const RowLines& lines(int axis) const { return lines_[axis]; }
 
-    /// Images get rows of their own, for tiles of one colour to write to ..
+    /// Gives images rows of their own, for tiles of one colour to write to ..
     void part_images()
     {
         for (std::size_t k = 0; k < ghosts_.size(); ++k) row_of_[ghosts_[k].place] = end() + static_cast<int>(k);
     }
-    /// .. or have those of the nodes that they repeat; add(row, row of the image) first.
+    /// .. or the rows of the nodes that they repeat, after add(row, row of the image).
     template <class Add>
     void join_images(Add&& add)
     {

@@ -1,5 +1,5 @@
 // Tiles of cells in 2^D colours, and the blocks of nodes that the material touches.
-// Tiles of one colour share no node, so that a scatter needs no atomics and sums in one order for any thread count.
+// Tiles of one colour share no node, so a scatter needs no atomics and sums in one order for any number of threads.
 #pragma once
 
 #include "base/error.hpp"
@@ -23,7 +23,7 @@ struct Tile {
     int end   = 0;
 };
 
-/// What a sort has decided on tiles and blocks of nodes: particles that have moved since no longer tell.
+/// The tiles and blocks of nodes of the last sort, for checkpoints: particles that have moved since do not determine them.
 struct TileRecord {
     std::vector<std::uint64_t> tiles;   ///< numbers of the tiles, ascending
     std::vector<std::int32_t> ends;     ///< of their particles; each begins where the one before ends
@@ -31,7 +31,7 @@ struct TileRecord {
 };
 
 /// The tiles that hold particles, and the blocks of nodes, `block_width` a side, that these may write to. A tile is `width`
-/// cells a side, some whole blocks; its particles may write up to `halo` cells beyond it.
+/// cells a side, a whole number of blocks; its particles may write up to `halo` cells beyond it.
 template <int D>
 class Tiles {
   public:
@@ -49,9 +49,9 @@ class Tiles {
         }
     }
 
-    /// The smallest width whose tiles of one colour stay apart, width + halo + degree < 2 width - halo: a cell has degree + 1
-    /// functions, and a stencil of fixed size may write zeros to one node more than its domain reaches. Wider with so many
-    /// particles that there still are 16 tiles of each colour, at 2^D particles a cell: neighbours share fewer nodes then.
+    /// The smallest width for which tiles of one colour share no node: width + halo + degree < 2 width - halo, because a cell
+    /// has degree + 1 functions, and a stencil of fixed size may write zeros to one node more than its domain reaches. Tiles are
+    /// wider, and share fewer nodes, if there are particles for 16 tiles of each colour at 2^D particles a cell.
     static int width_for(int halo, int degree = 1, std::ptrdiff_t particles = 0)
     {
         constexpr int wide        = D == 2 ? 16 : D == 3 ? 8 : block_width;
@@ -65,7 +65,7 @@ class Tiles {
     const std::vector<Tile>& tiles() const { return tiles_; }
     const std::vector<Index<D>>& blocks() const { return blocks_; }
 
-    /// Sort key of a cell: tiles in order, cells in order within the tile.
+    /// The sort key of a cell: by tile, then by cell within the tile.
     std::uint64_t key(const Index<D>& cell) const
     {
         Index<D> tile{};
@@ -111,8 +111,8 @@ class Tiles {
         for (const Tile& tile : tiles_) r.ends.push_back(tile.end);
         return r;
     }
-    /// Sets up what an earlier sort had decided. Returns false, and nothing of use, where it is not of this lattice or not of
-    /// `particles`.
+    /// Restores the tiles and blocks of an earlier sort. Returns false and changes nothing if they do not fit this lattice or
+    /// the number of particles.
     bool restore(TileRecord record, int particles)
     {
         auto ascends = [](const auto& list) {
@@ -131,7 +131,7 @@ class Tiles {
         return true;
     }
 
-    /// f(tile) for all tiles, those of one colour in parallel, the colours one after the other: for scatters.
+    /// f(tile) for all tiles, for scatters: tiles of one colour in parallel, the colours one after the other.
     template <class F>
     void for_each_by_colour(F&& f) const
     {
@@ -140,7 +140,7 @@ class Tiles {
                 static_cast<std::ptrdiff_t>(colour.size()), [&](std::ptrdiff_t k) { f(tiles_[colour[k]]); }, is_large());
     }
 
-    /// f(k, tile) for all tiles in parallel: for gathers.
+    /// f(k, tile) for all tiles in parallel, for gathers.
     template <class F>
     void for_each(F&& f) const
     {
@@ -159,7 +159,8 @@ class Tiles {
         return r;
     }
 
-    /// f(k) for the places of all blocks in parallel, some at a time: a block alone may cost less than to ask for it.
+    /// f(k) for the places k of all blocks in blocks(), in parallel. A thread takes several at a time: a single block may cost
+    /// less than its scheduling.
     template <class F>
     void for_each_block(F&& f) const
     {
@@ -171,8 +172,8 @@ class Tiles {
                      },
                      is_large());
     }
-    /// f(first node, end) for runs of consecutive nodes that together are every block that the material touches, and the
-    /// nodes behind those of the grid.
+    /// f(first node, end) for runs of consecutive nodes that cover all blocks that the material touches, and the extra nodes
+    /// behind those of the grid.
     template <class F>
     void for_each_node_run(F&& f) const
     {
@@ -180,9 +181,9 @@ class Tiles {
         const auto first = static_cast<std::ptrdiff_t>(lattice_.node_count());
         parallel_pieces(extra_nodes_, [&](std::ptrdiff_t begin, std::ptrdiff_t end) { f(first + begin, first + end); });
     }
-    /// So many nodes that are not of the grid have their records behind it.
+    /// Sets the number of extra nodes, whose records follow those of the grid.
     void add_nodes(std::size_t count) { extra_nodes_ = static_cast<std::ptrdiff_t>(count); }
-    /// The same of the grid as f(place in blocks(), first node, end); the runs of a block one after the other.
+    /// f(place in blocks(), first node, end) for the same runs without the extra nodes; the runs of a block one after the other.
     template <class F>
     void for_each_block_run(F&& f) const
     {
@@ -205,7 +206,7 @@ class Tiles {
         return c;
     }
 
-    /// Whether the node belongs to a block that the material touches; other nodes hold nothing of meaning.
+    /// Whether the node belongs to a block that the material touches; records of other nodes are undefined.
     bool is_active(const Index<D>& node) const
     {
         Index<D> block = node;
@@ -214,8 +215,8 @@ class Tiles {
     }
 
   private:
-    /// Threads gained nothing below a thousand particles (2D cpdi1 on 2 cores, 2026-11), and on a busy machine a thread
-    /// that others wait for can cost more than the step.
+    /// Below a thousand particles threads gained nothing (2D cpdi1 on 2 cores, 2026-11), and on a busy machine waiting for
+    /// a thread can cost more than the step.
     bool is_large() const { return !tiles_.empty() && tiles_.back().end >= 1024; }
 
     static std::uint64_t flatten(const Index<D>& t, const Index<D>& count)
@@ -239,7 +240,7 @@ class Tiles {
         tile_keys_.clear();
         for (auto& c : colours_) c.clear();
     }
-    /// The next tile; its particles begin where those of the one before end.
+    /// Adds the next tile; its particles begin where those of the previous tile end.
     void add_tile(std::uint64_t key, int end)
     {
         colours_[colour(unflatten(key, count_))].push_back(static_cast<int>(tiles_.size()));
@@ -252,11 +253,11 @@ class Tiles {
         for (const std::uint64_t b : keys) blocks_.push_back(unflatten(b, block_count_));
         block_keys_ = std::move(keys);
     }
-    /// Nodes below its cell that a particle may write to until the next sort, and one; above the cell come those of its degree.
+    /// How many nodes below its cell a particle may write to until the next sort, and one more; `degree` more above the cell.
     int reach() const { return halo_ + 1; }
 
-    /// Adds the blocks that particles in the cells of these keys, all of one tile, may write to, but for the whole blocks in
-    /// `reach`, which add_neighbours adds for all tiles.
+    /// Adds the blocks that particles in the cells of these keys, all of one tile, may write to. Whole blocks within `reach` are
+    /// left to add_neighbours, which adds them for all tiles.
     void add_blocks(const Index<D>& tile, std::span<const std::uint64_t> keys, std::vector<std::uint64_t>& blocks) const
     {
         const int below = reach() % block_width, above = below + lattice_.basis.degree;
@@ -285,14 +286,14 @@ class Tiles {
             if (is_touched[flatten(b - around.lo, size)]) blocks.push_back(flatten(b, block_count_));
         });
     }
-    /// Adds `more` to the sorted keys of blocks; each stays there once.
+    /// Adds `more` to the sorted keys of blocks, without duplicates.
     static void add(std::vector<std::uint64_t>& blocks, const std::vector<std::uint64_t>& more)
     {
         std::vector<std::uint64_t> all;
         std::set_union(blocks.begin(), blocks.end(), more.begin(), more.end(), std::back_inserter(all));
         blocks = std::move(all);
     }
-    /// The blocks beside those of sorted keys, and those beside them along the next axis. Moved keys are sorted still.
+    /// Adds the neighbours of all blocks, axis by axis, so diagonal ones too. Shifted keys are still sorted.
     void add_neighbours(std::vector<std::uint64_t>& blocks) const
     {
         std::uint64_t stride = 1;
@@ -308,8 +309,8 @@ class Tiles {
             stride *= block_count_[a];
         }
     }
-    /// A block with nodes of a periodic axis needs the blocks of all their images too: those inside the period, where sums
-    /// are, and those of the margin, where a corner that is put back into the period may ask for them.
+    /// Adds the blocks of all images of the nodes on periodic axes: those inside the period, which hold the sums, and those in
+    /// the margin, which a corner that is put back into the period may read.
     void add_periodic_images(std::vector<std::uint64_t>& blocks) const
     {
         for (int a = 0; a < D; ++a) {

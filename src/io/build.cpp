@@ -26,7 +26,6 @@ Vec<D, T> to_vec(const std::vector<T>& v)
 
 // ---- input to structs -------------------------------------------------------------------------------------------------------
 
-/// Of a body of shape ring or cylinder.
 template <int D>
 setup::TubeShape<D> tube_of(const BodyInput& b)
 {
@@ -146,9 +145,9 @@ setup::CaseSpec<D> spec_of(const CaseInput& in)
     return spec;
 }
 
-// ---- what setup refuses, at its place in the file ------------------------------------------------------------------------------
+// ---- errors of setup, at their place in the file -------------------------------------------------------------------------------
 
-/// At the value of a component where it is one of a list of expressions.
+/// Fails at the value of a component if it is one of a list of expressions.
 [[noreturn]] void fail_at(const Located& table, const setup::SetupError& e, const std::vector<Expression>& components)
 {
     if (e.component < 0) table.fail(e.key, e.why);
@@ -203,7 +202,7 @@ template <int D>
 Built<D> load(const std::filesystem::path& file, const std::vector<std::string>& overrides)
 {
     const CaseInput input = read_case(file, overrides);
-    if (input.grid.dim != D) input.grid.fail("dim", fmt::format("is {}; the program takes cases of {}D", input.grid.dim, D));
+    if (input.grid.dim != D) input.grid.fail("dim", fmt::format("is {}; the program needs a case in {}D", input.grid.dim, D));
     return build<D>(input);
 }
 

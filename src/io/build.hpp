@@ -1,4 +1,4 @@
-// From the resolved input to the structs of setup, and from there to what the step works on.
+// Turns the resolved input into the structs of setup, and these into model and particles.
 #pragma once
 
 #include "io/input.hpp"
@@ -8,7 +8,7 @@ namespace ordo::io {
 
 using setup::Built;
 
-/// Reads the files of bodies and sets the case up. Throws InputError with the place in the file, for what setup::build refuses too.
+/// Reads the files of bodies and sets the case up. Throws InputError with the place in the file, also for errors of setup::build.
 template <int D>
 Built<D> build(const CaseInput& input, double most_particles = 2e9);
 

@@ -20,13 +20,13 @@ namespace ordo::io {
 
 namespace {
 
-constexpr int kFormat             = 3;    ///< of the file; to be raised with every change of what is in it
-constexpr std::size_t kHead       = 512;  ///< bytes of text before HDF5 begins, a user block in its terms
+constexpr int kFormat             = 3;    ///< of the file; raise it with every change of its content
+constexpr std::size_t kHead       = 512;  ///< bytes of text before HDF5 begins (HDF5's user block)
 constexpr std::string_view kFirst = "ordo checkpoint\n";
 
 // ---- the file as a whole ----------------------------------------------------------------------------------------------
 
-/// What the last digits depend on: the sources, the compiler, and the widest instructions that it may take.
+/// What the last digits of results depend on: sources, compiler, and the widest instructions that it may use.
 std::string this_program()
 {
 #if defined(__AVX512F__)
@@ -41,7 +41,7 @@ std::string this_program()
     return r;
 }
 
-/// The text at the start, filled up with zeros.
+/// The text at the start, padded with zeros.
 struct Head {
     int format          = kFormat;
     std::string version = ORDO_VERSION, program = this_program();
@@ -51,7 +51,7 @@ struct Head {
     {
         return fmt::format("{}format {}\nversion {}\nprogram {}\nbytes {}\n", kFirst, format, version, program, bytes);
     }
-    /// With the checksum of all that stands before it, and of what stands behind the head.
+    /// With the checksum of the text before it and of everything after the head.
     std::string block(std::uint64_t sum_behind) const
     {
         std::string r = fmt::format("{}checksum {:016x}\n", text(), checksum(text(), sum_behind));
@@ -60,13 +60,13 @@ struct Head {
     }
 };
 
-/// The checksum of what follows the head of a file of so many bytes; nothing where it cannot be read.
+/// The checksum of everything after the head of a file of `bytes` bytes; nothing if it cannot be read.
 std::optional<std::uint64_t> sum_behind_head(const std::filesystem::path& path, std::uintmax_t bytes)
 {
     return bytes < kHead ? std::nullopt : checksum_of(path, bytes - kHead, kHead);
 }
 
-/// Writes the head of a file that is complete but for it.
+/// Writes the head, when the rest of the file is complete.
 void seal(const std::filesystem::path& path)
 {
     std::error_code failure;
@@ -78,7 +78,7 @@ void seal(const std::filesystem::path& path)
     if (failure || !sum || !file) throw OutputError(fmt::format("{}: cannot be written: is the disk full?", path.string()));
 }
 
-/// Throws InputError where a file is not whole, or not of this version. Returns the program that wrote it.
+/// Throws InputError if a file is not whole or of another version. Returns the program that wrote it.
 std::string require_whole(const std::filesystem::path& path)
 {
     std::error_code failure;
@@ -87,29 +87,29 @@ std::string require_whole(const std::filesystem::path& path)
     if (!file) throw InputError("it cannot be read");
     std::string block(kHead, '\0');
     file.read(block.data(), static_cast<std::streamsize>(kHead));
-    if (!block.starts_with(kFirst)) throw InputError("it is no checkpoint of ordo");
+    if (!block.starts_with(kFirst)) throw InputError("it is not a checkpoint of ordo");
     std::istringstream words(block.substr(kFirst.size()));
     Head head;
     std::string key;
     words >> key >> head.format >> key >> head.version >> key >> head.program >> key >> head.bytes;
     const auto there = std::filesystem::file_size(path, failure);
     if (failure || there < std::max<std::uintmax_t>(head.bytes, kHead))
-        throw InputError(fmt::format("it is truncated: {} bytes are there of {}", there, head.bytes));
+        throw InputError(fmt::format("it is truncated: it has {} of {} bytes", there, head.bytes));
     if (head.format != kFormat)
         throw InputError(
             fmt::format("its format is {}, and this ordo reads {}: it was written by another version", head.format, kFormat));
     if (head.version != ORDO_VERSION)
-        throw InputError(fmt::format("it was written by ordo {}, and this is {}; go on with that version, or start anew",
+        throw InputError(fmt::format("it was written by ordo {}, and this is {}; continue with that version, or start anew",
                                      head.version, ORDO_VERSION));
     const auto sum = sum_behind_head(path, there);
     if (there != head.bytes || !sum || block != head.block(*sum))
-        throw InputError("it is corrupted: its checksum is not that of its contents");
+        throw InputError("it is corrupted: its checksum does not match its contents");
     return head.program;
 }
 
-// ---- what is in it ----------------------------------------------------------------------------------------------------
+// ---- its content ------------------------------------------------------------------------------------------------------
 
-/// What a checkpoint says of a file of particles or a mesh, with the head of a table before it.
+/// The entry of a particle or mesh file in a checkpoint, after the header of a table.
 std::string identity_of_file(const std::filesystem::path& file)
 {
     std::error_code failure;
@@ -119,7 +119,7 @@ std::string identity_of_file(const std::filesystem::path& file)
     return fmt::format("[file]\n{}, {} bytes, checksum {:016x}\n", file.filename().string(), bytes, *sum);
 }
 
-/// The input without what may change from one part of a run to the next, and what is in its files.
+/// The input without what may differ between parts of a run, and the identities of its files.
 std::string identity_of(CaseInput input)
 {
     input.title.clear();
@@ -144,7 +144,7 @@ std::vector<std::string> lines_of(const std::string& text)
     return r;
 }
 
-/// Where two inputs differ first, in words.
+/// The first difference between two inputs, in words.
 std::string difference(const std::string& before, const std::string& now)
 {
     std::vector<std::string> a = lines_of(before), b = lines_of(now);
@@ -173,7 +173,7 @@ struct Scalar<Turns<D>> {
     using Type = std::int32_t;
 };
 
-/// f(name, array of numbers) for what a step changes of particles and their corners; and what a sort does.
+/// f(name, array of numbers) for the fields of particles and corners that steps or sorts change.
 template <int D, class F>
 void for_each_array(Particles<D>& p, F&& f)
 {
@@ -188,7 +188,7 @@ void for_each_array(Particles<D>& p, F&& f)
     visit("corner_velocity", p.corner_velocity);
 }
 
-/// f(name, number) for what a state has of single numbers.
+/// f(name, number) for the single numbers of a state.
 template <int D, class F>
 void for_each_number(State<D>& s, F&& f)
 {
@@ -244,7 +244,7 @@ void read_state(const Hdf5Reader& in, const Model<D>& model, State<D>& s)
     in.read("layout_halo", ArrayOf<std::int32_t>{&halo, 1, 1});
     TileRecord layout{in.list<std::uint64_t>("layout_tiles"), in.list<std::int32_t>("layout_ends"),
                       in.list<std::uint64_t>("layout_blocks")};
-    if (!restore_layout(model, s, std::move(layout), halo)) throw InputError("its tiles are not those of its particles");
+    if (!restore_layout(model, s, std::move(layout), halo)) throw InputError("its tiles do not match its particles");
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
-// The state of a run in a file, from which it goes on bit for bit: particles in their order, what the last sort decided, times,
-// and how far the output files had come. HDF5 behind a block of text with a checksum of everything (docs/output.md).
+// The state of a run in a file, from which it continues bit for bit: particles in their order, the result of the last sort,
+// times, and how much of the output files was written. HDF5 after a block of text with a checksum of everything
+// (docs/output.md).
 #pragma once
 
 #include "io/input.hpp"
@@ -18,15 +19,15 @@ class Checkpoints {
   public:
     Checkpoints(const CaseInput& input, const Model<D>& model);
 
-    /// Whether [checkpoint] asks for any, and whether for one after this step.
+    /// Whether [checkpoint] asks for any, and whether one is due after this step.
     bool are_wanted() const { return input_.checkpoint.steps || input_.checkpoint.wall_minutes; }
     bool is_due(const State<D>& s) const;
 
-    /// Writes the state, unless the step has a file, then removes earlier ones beyond those that are kept. Throws OutputError.
+    /// Writes the state, unless this step has a checkpoint, then removes old ones beyond [checkpoint] keep. Throws OutputError.
     void write(State<D>& s, Written written);
 
-    /// The state of a file, or of the newest in the output directory that can be used ("latest"). `s` is the state at the
-    /// start of the case. Throws InputError where a file is damaged, or is of another case or version, or where there are results
+    /// Reads the state from a file, or from the newest usable one in the output directory ("latest"), into `s`, the state at the
+    /// start of the case. Throws InputError if the file is damaged or of another case or version, or if the directory has results
     /// of another run.
     Written read(const std::string& which, State<D>& s) const;
 
@@ -39,9 +40,9 @@ class Checkpoints {
     const CaseInput& input_;
     const Model<D>& model_;
     std::filesystem::path directory_;
-    std::string identity_;  ///< what must be the same in all parts of a run
+    std::string identity_;  ///< must be the same in all parts of a run
     Clock::time_point last_ = Clock::now();
-    long last_step_         = -1;  ///< of the last that was written
+    long last_step_         = -1;  ///< of the last one written
 };
 
 }  // namespace ordo::io

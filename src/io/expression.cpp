@@ -23,7 +23,7 @@ class Evaluator {
         parser_.SetExpr(text);
         int values = 0;
         parser_.Eval(values);  // compiles, so that errors show now
-        if (values != 1) throw mu::ParserError("it gives several values; only one is wanted");
+        if (values != 1) throw mu::ParserError("it gives several values instead of one");
     }
     Evaluator(const Evaluator&) = delete;
 
@@ -42,7 +42,7 @@ class Evaluator {
     double values_[7] = {};
 };
 
-/// muParser would take x = 1 for an assignment, which is nothing that a field may do.
+/// muParser takes x = 1 for an assignment, which fields must not contain.
 bool has_assignment(const std::string& text)
 {
     for (std::size_t k = text.find('='); k != std::string::npos; k = text.find('=', k + 1)) {
@@ -54,7 +54,7 @@ bool has_assignment(const std::string& text)
     return false;
 }
 
-/// As many evaluators as threads. Copies share nothing: std::function copies what it holds.
+/// One evaluator per thread. Copies share nothing: std::function copies its content.
 class ParsedField {
   public:
     explicit ParsedField(const std::string& text) : text_(text) { make(); }

@@ -1,4 +1,4 @@
-// Expressions of x, y, z, t (and X, Y, Z, the initial place) as fields, through muParser.
+// Expressions of x, y, z, t (and the initial position X, Y, Z) as fields, through muParser.
 #pragma once
 
 #include "base/field.hpp"
@@ -6,7 +6,7 @@
 
 namespace ordo::io {
 
-/// The field of a number or an expression; throws InputError with the place where the expression does not parse.
+/// The field of a number or an expression. Throws InputError with the place if the expression does not parse.
 /// The field may be called from all threads: each has its own parser.
 Field make_field(const Expression& expression);
 

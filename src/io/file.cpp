@@ -23,7 +23,7 @@ namespace {
 PartName::PartName(std::filesystem::path path) : path_(std::move(path))
 {
     std::error_code failure;
-    const auto status = std::filesystem::status(path_, failure);  // of what a link leads to
+    const auto status = std::filesystem::status(path_, failure);  // of the target of a link
     if (std::filesystem::is_directory(status)) throw OutputError(fmt::format("{}: is a directory", path_.string()));
     const bool exists = std::filesystem::exists(status), is_device = exists && !std::filesystem::is_regular_file(status);
     if (exists && !is_device) path_ = std::filesystem::canonical(path_, failure);
@@ -38,7 +38,7 @@ PartName::~PartName()
 
 void PartName::commit()
 {
-    if (part_ != path_ && std::rename(part_.c_str(), path_.c_str()) != 0) fail(path_, "cannot be named");
+    if (part_ != path_ && std::rename(part_.c_str(), path_.c_str()) != 0) fail(path_, "cannot be renamed from its .part file");
     is_complete_ = true;
 }
 
@@ -112,7 +112,7 @@ void LineFile::add(std::string_view line)
 void LineFile::flush(When when)
 {
     constexpr std::chrono::seconds pause(1);
-    constexpr std::uintmax_t small = 1 << 20;  // bytes that are copied in no time
+    constexpr std::uintmax_t small = 1 << 20;  // bytes; copying them takes almost no time
     if (pending_.empty()) return;
     if (when == When::soon && size_ > small && Clock::now() - last_ < pause) return;
     AtomicFile file(path_, size_);

@@ -1,4 +1,4 @@
-// Files that are whole or absent: written beside their name and renamed when complete.
+// Files that are whole or absent: written under a temporary name and renamed when complete.
 #pragma once
 
 #include <chrono>
@@ -13,8 +13,8 @@
 
 namespace ordo::io {
 
-/// The name under which a file is written, `path` and ".part", until it is complete. Without `commit` nothing is left. Links
-/// are followed; devices and pipes are written as they are. Throws OutputError.
+/// The temporary name of a file, `path` with ".part". Without `commit` nothing is left. Links are followed; devices and pipes
+/// are written directly. Throws OutputError.
 class PartName {
   public:
     explicit PartName(std::filesystem::path path);
@@ -31,10 +31,10 @@ class PartName {
     bool is_complete_ = false;
 };
 
-/// A file under construction. Without `commit` nothing is left. Throws OutputError when the disk refuses.
+/// A file under construction. Without `commit` nothing is left. Throws OutputError if writing fails.
 class AtomicFile {
   public:
-    /// Starts empty, or with the first bytes of the file there is.
+    /// Starts empty, or with the first bytes of the existing file.
     explicit AtomicFile(std::filesystem::path path, std::uintmax_t bytes_kept = 0);
 
     void write(std::string_view text);
@@ -54,28 +54,28 @@ class AtomicFile {
     std::unique_ptr<std::FILE, Close> file_;
 };
 
-/// A checksum that grows with the bytes (FNV-1a, 64 bits), from that of no bytes on.
+/// The checksum (FNV-1a, 64 bits) of bytes that follow those of checksum `before`.
 inline constexpr std::uint64_t kNoBytes = 0xcbf29ce484222325u;
 std::uint64_t checksum(std::string_view bytes, std::uint64_t before = kNoBytes);
-/// Of so many bytes of a file from the place `first` on; nothing where it has not so many.
+/// The checksum of `bytes` bytes of a file from place `first` on; nothing if the file is shorter.
 std::optional<std::uint64_t> checksum_of(const std::filesystem::path& file, std::uintmax_t bytes, std::uintmax_t first = 0);
 
-/// A text file that grows by lines. It is replaced as a whole each time: a process killed in the middle of an appending
-/// write would leave half a line (seen at page boundaries).
+/// A text file that grows by lines. It is replaced as a whole each time, because an appending write that was killed left half
+/// a line (seen at page boundaries).
 class LineFile {
   public:
     LineFile() = default;
     /// Starts the file with a header line.
     LineFile(std::filesystem::path path, std::string_view header);
-    /// Goes on behind the first bytes of the file there is, whose checksum is `sum`; what follows them is lost.
+    /// Continues after the first bytes of the existing file, whose checksum is `sum`; the rest of the file is dropped.
     LineFile(std::filesystem::path path, std::uintmax_t bytes_kept, std::uint64_t sum);
 
-    /// Bytes and their checksum, those not written yet too.
+    /// Number of bytes and their checksum, including those not written yet.
     std::uintmax_t size() const { return size_ + pending_.size(); }
     std::uint64_t sum() const { return sum_; }
 
     void add(std::string_view line);
-    /// Writes the lines added so far; a large file waits until a second has passed since the last time.
+    /// Writes the lines added so far. With `soon` a large file is written at most once a second.
     enum class When { soon, now };
     void flush(When when);
 

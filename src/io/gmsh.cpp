@@ -31,8 +31,8 @@ namespace {
 #define ORDO_TEXT_OF(x) #x
 constexpr const char* kLibrary = "libgmsh.so." ORDO_TEXT(GMSH_API_VERSION_MAJOR) "." ORDO_TEXT(GMSH_API_VERSION_MINOR);
 
-/// The library, loaded for the first mesh and kept. Linked, its 90 libraries would raise `ordo --version` from 4 to 146 ms
-/// (4.8.4 of Debian 12, 2026-11; main starts twice), and ordo's binaries would fall under Gmsh's licence, the GPL.
+/// The library, loaded for the first mesh and kept. If it were linked, its 90 libraries would slow down `ordo --version` from 4
+/// to 146 ms (4.8.4 of Debian 12, 2026-11; main starts twice), and ordo's binaries would fall under Gmsh's licence, the GPL.
 void* library()
 {
     for (const std::string& name : {std::string(kLibrary), std::string(ORDO_GMSH_FOLDER "/") + kLibrary})
@@ -68,8 +68,8 @@ struct Functions {
 #undef ORDO_GMSH_FUNCTION
 };
 
-/// Gmsh from its start on; it neither reads configuration files nor prints. It sets the locale and the number of OpenMP's
-/// threads (seen in 4.8.4), and is not ended: the process does not outlive it.
+/// A Gmsh session, which neither reads configuration files nor prints. Gmsh changes the locale and the number of OpenMP threads
+/// (seen in 4.8.4). It is never finalized: the process ends with it.
 class Session {
   public:
     Session(const Functions& functions, std::string file) : f(functions), file_(std::move(file))
@@ -79,7 +79,7 @@ class Session {
     }
     Session(const Session&) = delete;
 
-    /// Calls a function with a last argument for its error; throws InputError with what Gmsh says of it.
+    /// Calls a function whose last argument is its error code; throws InputError with Gmsh's message.
     template <class F, class... Args>
     void call(F* function, Args... args) const
     {
@@ -90,7 +90,7 @@ class Session {
         f.LoggerGetLastError(&text, &error);
         fail({file_}, "mesh", fmt::format("Gmsh cannot read it: {}; save it again as format 4.1", take(text)));
     }
-    /// The array or text that a call has left, which Gmsh allocated.
+    /// Takes over an array or text that Gmsh allocated in a call.
     template <class T>
     std::vector<T> take(T* data, std::size_t size) const
     {
@@ -104,7 +104,7 @@ class Session {
         f.Free(text);
         return copy;
     }
-    /// The integers that `find(&data, &size)` leaves.
+    /// The integers that `find(&data, &size)` returns.
     template <class Find>
     std::vector<int> integers(Find&& find) const
     {
@@ -117,7 +117,7 @@ class Session {
     const Functions& f;
 
   private:
-    /// Without configuration files; from 4.9 on there is an argument for its window too.
+    /// Without configuration files; since 4.9 there is one more argument, for its window.
     template <class F>
     void initialize(F* start) const
     {
@@ -180,7 +180,7 @@ void add_blocks(const Session& gmsh, int dim, int entity, std::vector<GmshMesh::
 
 GmshMesh mesh_of(const Session& gmsh, std::FILE* file)
 {
-    // By its descriptor: beside part.msh Gmsh would run part.msh.opt, whatever commands are in it.
+    // By its descriptor: for part.msh Gmsh would also run the commands in part.msh.opt.
     gmsh.call(gmsh.f.Merge, fmt::format("/dev/fd/{}", fileno(file)).c_str());
 
     GmshMesh mesh;
@@ -202,7 +202,7 @@ struct Close {
 };
 using File = std::unique_ptr<std::FILE, Close>;
 
-/// One end of a pipe: values are written to it or read from it by one and the same list of them.
+/// One end of a pipe: the same calls write values to it or read them from it.
 class PipeEnd {
   public:
     PipeEnd(int descriptor, bool is_writer) : file_(fdopen(descriptor, is_writer ? "wb" : "rb")), is_writer_(is_writer) {}
@@ -239,7 +239,7 @@ class PipeEnd {
         pass(mesh.blocks);
         pass(mesh.groups);
     }
-    /// Whether all has come through.
+    /// Whether everything was transferred.
     bool finish() { return std::fflush(file_.get()) == 0 && is_whole_; }
 
   private:
@@ -251,7 +251,7 @@ class PipeEnd {
                                               : std::fread(values, sizeof(T), count, file_.get());
         is_whole_              = done == count;
     }
-    /// A list grows as it comes: its length alone is not to be believed.
+    /// A list grows while it is read: its length may be damaged.
     template <class List>
     void pass_list(List& list)
     {
@@ -273,8 +273,8 @@ class PipeEnd {
     bool is_writer_, is_whole_ = true;
 };
 
-/// What becomes of the process that reads a mesh. A crash is one of the default kind, without a core file or a word of the C
-/// library; reading has a limit of processor time, far above what a sound file takes (0.1 s and 50 MB/s).
+/// Prepares the process that reads a mesh for crashes: default signal handlers, no core file, no output. Reading has a limit of
+/// processor time far above that of a sound file (0.1 s and 50 MB/s).
 void prepare_to_crash(std::FILE* file)
 {
     for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU}) std::signal(signal, SIG_DFL);
@@ -288,7 +288,7 @@ void prepare_to_crash(std::FILE* file)
     setrlimit(RLIMIT_CPU, &time);
 }
 
-/// Reads the file and gives the mesh, or the error in its place, to `out`; the end of the process.
+/// Reads the file, writes the mesh or an error to `out`, and ends the process.
 [[noreturn]] void read_for(PipeEnd out, const Functions& functions, const std::string& name, std::FILE* file)
 {
     prepare_to_crash(file);
@@ -307,7 +307,7 @@ void prepare_to_crash(std::FILE* file)
     _exit(0);
 }
 
-/// The file, when it starts as a mesh of a known format. Gmsh would take anything else as a script.
+/// Opens the file if it starts like a mesh of a known format. Gmsh would run anything else as a script.
 File open(const std::string& name)
 {
     File file(std::fopen(name.c_str(), "rb"));
@@ -315,7 +315,7 @@ File open(const std::string& name)
     if (!file || std::filesystem::is_directory(name))
         fail({name}, "mesh", "cannot be opened; paths are relative to the case file");
     if (!std::fgets(line, sizeof line, file.get()) || !std::string_view(line).starts_with("$MeshFormat"))
-        fail({name}, "mesh", "is not a mesh of Gmsh, which starts with $MeshFormat; make one: gmsh -3 part.geo -o part.msh");
+        fail({name}, "mesh", "is not a Gmsh mesh, which starts with $MeshFormat; make one: gmsh -3 part.geo -o part.msh");
     if (std::fscanf(file.get(), "%15s", version) != 1 || (std::strcmp(version, "2.2") != 0 && std::strcmp(version, "4.1") != 0))
         fail({name}, "mesh",
              fmt::format("has format version {}; save it as 2.2 or 4.1: gmsh part.msh -save -format msh41 -o part41.msh",
@@ -344,7 +344,7 @@ GmshMesh load_gmsh(const std::filesystem::path& path)
     const File file        = open(name);
     const Functions functions;
     int ends[2];
-    if (pipe(ends) != 0) fail({name}, "mesh", fmt::format("no pipe to read it through: {}", std::strerror(errno)));
+    if (pipe(ends) != 0) fail({name}, "mesh", fmt::format("cannot make a pipe to read it: {}", std::strerror(errno)));
     const pid_t reader = fork();
     if (reader == 0) {
         close(ends[0]);
@@ -352,7 +352,7 @@ GmshMesh load_gmsh(const std::filesystem::path& path)
     }
     close(ends[1]);
     PipeEnd in(ends[0], false);
-    if (reader < 0) fail({name}, "mesh", fmt::format("no process to read it: {}", std::strerror(errno)));
+    if (reader < 0) fail({name}, "mesh", fmt::format("cannot start a process to read it: {}", std::strerror(errno)));
     std::string error;
     GmshMesh mesh;
     in.pass(error);
@@ -363,8 +363,8 @@ GmshMesh load_gmsh(const std::filesystem::path& path)
     if (!error.empty()) throw InputError(error);
     if (!is_whole || !is_consistent(mesh))
         fail({name}, "mesh",
-             fmt::format("Gmsh {} while it read it: the file is damaged; save it again as format 4.1",
-                         WIFSIGNALED(status) ? fmt::format("crashed (signal {})", WTERMSIG(status)) : "lost its way"));
+             fmt::format("Gmsh {} while reading it: the file is damaged; save it again as format 4.1",
+                         WIFSIGNALED(status) ? fmt::format("crashed (signal {})", WTERMSIG(status)) : "failed"));
     return mesh;
 }
 

@@ -1,4 +1,4 @@
-// What Gmsh's library finds in a mesh file, unjudged. Used by mesh_file.cpp; must not show Gmsh's own headers.
+// The content of a mesh file as Gmsh's library reads it, unchecked. Used by mesh_file.cpp; must not include Gmsh's headers.
 #pragma once
 
 #include <cstddef>
@@ -15,14 +15,14 @@ struct GmshMesh {
         std::string name;  ///< of the type, such as "Triangle 6"
         std::vector<std::size_t> elements, nodes;
     };
-    /// A physical group; its number where it has no name.
+    /// A physical group; its name is its number if it has none.
     struct Group {
         int dim;
         std::string name;
         std::vector<int> entities;
     };
     std::vector<std::size_t> nodes;
-    std::vector<double> x;  ///< three coordinates a node
+    std::vector<double> x;  ///< three coordinates per node
     std::vector<Block> blocks;
     std::vector<Group> groups;
 };
@@ -30,8 +30,8 @@ struct GmshMesh {
 /// Whether this build can read meshes.
 bool has_gmsh();
 
-/// Reads a file of format 2.2 or 4.1; throws InputError where there is no such file or library, and where Gmsh cannot read
-/// it. Gmsh runs in a process of its own, a fork of this one: damaged files crash it (4.8.4, tests/fuzz/mesh_file.cpp).
+/// Reads a file of format 2.2 or 4.1. Throws InputError if there is no such file or library, or if Gmsh cannot read the file.
+/// Gmsh runs in a forked process, because damaged files crash it (4.8.4, tests/fuzz/mesh_file.cpp).
 GmshMesh load_gmsh(const std::filesystem::path& file);
 
 }  // namespace ordo::io

@@ -41,8 +41,8 @@ hid_t type_of<std::uint64_t>()
     return H5T_NATIVE_UINT64;
 }
 
-/// The library would print its errors, and at the end of the program it would stumble over a file that it could not close
-/// (1.10.8). Files are closed one by one; locks are refused by some file systems, and names of parts are our own.
+/// Keeps the library from printing errors, and from failing at the end of the program on a file that it could not close (1.10.8):
+/// we close files one by one. No locks: some file systems refuse them, and we choose the names of part files.
 hid_t start_library()
 {
     H5dont_atexit();
@@ -52,7 +52,7 @@ hid_t start_library()
     return access;
 }
 
-/// What is known of a data set.
+/// Shape and type of a data set.
 struct Found {
     std::array<hsize_t, 2> shape{};
     H5T_class_t kind{};
@@ -99,7 +99,7 @@ void Hdf5Writer::add_text(const std::string& name, const std::string& text)
     H5Tclose(type);
     if (!is_done) fail();
 }
-/// Without its times, so that the same state makes the same file.
+/// Without time stamps, so the same state gives the same file.
 bool Hdf5Writer::add(const std::string& name, std::int64_t type, std::int64_t space, const void* data)
 {
     const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);

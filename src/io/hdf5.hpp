@@ -1,4 +1,4 @@
-// Named arrays in an HDF5 file. Both classes throw InputError where ordo was built without HDF5.
+// Named arrays in an HDF5 file. Both classes throw InputError if ordo was built without HDF5.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace ordo::io {
 
-/// Whether ordo was built with HDF5, and what to do where it was not.
+/// Whether ordo was built with HDF5, and what to do if not.
 bool has_hdf5();
 inline constexpr std::string_view kNoHdf5 =
     "needs HDF5, and ordo was built without it; install libhdf5-dev, then configure and build again";
@@ -22,7 +22,7 @@ struct ArrayOf {
     std::size_t rows, columns;
 };
 
-/// A file under construction, whose first `user_block` bytes are left to the caller. Throws OutputError when the disk refuses.
+/// A file under construction, whose first `user_block` bytes are left to the caller. Throws OutputError if writing fails.
 class Hdf5Writer {
   public:
     Hdf5Writer(const std::filesystem::path& file, std::size_t user_block);
@@ -47,7 +47,7 @@ class Hdf5Writer {
     std::int64_t file_ = -1;
 };
 
-/// Throws InputError, with what is wrong alone, where the file is none or does not have what is asked for.
+/// Throws InputError if the file is not HDF5 or lacks what is asked for; messages do not name the file.
 class Hdf5Reader {
   public:
     explicit Hdf5Reader(const std::filesystem::path& file);

@@ -26,9 +26,9 @@ const std::vector<std::string> kBodyFaces = {"x-min", "x-max", "y-min", "y-max",
 const Section<CaseInput>& case_section()
 {
     static const Section<CaseInput> s{
-        .name = "", .what = "What the case is called and what acts on all of it.",
+        .name = "", .what = "The title of the case, and gravity.",
         .keys = {
-            {&CaseInput::title, {.name = "title", .what = "what the case is, in a line"}},
+            {&CaseInput::title, {.name = "title", .what = "one line that describes the case"}},
             {&CaseInput::gravity, {.name = "gravity",
                 .what = "acceleration of all bodies", .unit = "m/s^2", .default_text = "0 per axis", .per_axis = true}}}};
     return s;
@@ -75,16 +75,16 @@ const Section<MethodInput>& method_section()
 const Section<TimeInput>& time_section()
 {
     static const Section<TimeInput> s{
-        .name = "time", .what = "How long and in which steps.",
+        .name = "time", .what = "Duration and time steps.",
         .keys = {
             {&TimeInput::end, {.name = "end",
                 .what = "time at which the run ends", .unit = "s", .required = true, .min = 0, .open_min = true}},
             {&TimeInput::dt, {.name = "dt",
                 .what = "fixed time step; excludes cfl", .unit = "s", .default_text = "from cfl", .min = 0, .open_min = true}},
             {&TimeInput::cfl, {.name = "cfl",
-                .what = "time step as a part of h/(c + |v|), with the P-wave speed c, times the Courant number that basis and "
-                        "mass matrix allow (1 for hats with lumped mass), at most the stable limit of the method "
-                        "(docs/design.md), evaluated each step",
+                .what = "time step as a fraction of h/(c + |v|), with the P-wave speed c, times the Courant number that basis "
+                        "and mass matrix allow (1 for hats with lumped mass); at most the stability limit of the method "
+                        "(docs/design.md); evaluated each step",
                 .default_text = "0.4 without dt", .min = 0, .max = 1, .open_min = true}}}};
     return s;
 }
@@ -100,7 +100,7 @@ const Section<MaterialInput>& material_section()
                     "linear-rate-1d takes young alone.",
             .repeated = true,
             .keys = {
-                {&MaterialInput::name, {.name = "name", .what = "what bodies call it", .required = true}},
+                {&MaterialInput::name, {.name = "name", .what = "name, to which bodies refer", .required = true}},
                 {&MaterialInput::model, {.name = "model",
                     .what = "constitutive model, see `ordo list materials`", .choices = models}},
                 {&MaterialInput::density, {.name = "density",
@@ -129,7 +129,7 @@ const Section<BodyInput>& body_section()
         std::vector<std::string> names;
         for (const ShapeInfo& i : shapes()) names.push_back(i.name);
         return Section<BodyInput>{
-            .name = "body", .what = "A body. Bodies meet on the common grid: contact without slip.", .repeated = true,
+            .name = "body", .what = "A body. Bodies interact through the common grid: contact without slip.", .repeated = true,
             .keys = {
                 {&BodyInput::name, {.name = "name", .what = "for messages", .default_text = "body and its number"}},
                 {&BodyInput::material, {.name = "material", .what = "name of a [[material]]", .required = true}},
@@ -144,8 +144,8 @@ const Section<BodyInput>& body_section()
                     .what = "axis of a cylinder, or of a mesh whose faces inner and outer carry tractions",
                     .default_text = "\"z\"", .choices = {"x", "y", "z"}}},
                 {&BodyInput::angle, {.name = "angle",
-                    .what = "first and last angle of a part of a ring or cylinder, from the first of "
-                            "the two axes across to the second",
+                    .what = "first and last angle of a part of a ring or cylinder, measured from the first of "
+                            "the two transverse axes towards the second",
                     .unit = "degree", .default_text = "[0, 360]", .min = -360, .max = 720}},
                 {&BodyInput::lower, {.name = "lower", .what = "smallest coordinates of a box", .unit = "m", .per_axis = true}},
                 {&BodyInput::upper, {.name = "upper", .what = "largest coordinates of a box", .unit = "m", .per_axis = true}},
@@ -159,20 +159,20 @@ const Section<BodyInput>& body_section()
                 {&BodyInput::layers, {.name = "layers",
                     .what = "polar cells along the axis of a cylinder", .default_text = "from particles_per_cell", .min = 1}},
                 {&BodyInput::file, {.name = "file",
-                    .what = "relative to the case file. Of shape particles a CSV file: columns x, y, z, volume and optional "
-                            "half-edge vectors r1x, r1y, ..; of shape mesh a Gmsh file (.msh, 2.2 or 4.1)"}},
+                    .what = "relative to the case file. For shape particles a CSV file with columns x, y, z, volume and "
+                            "optional half-edge vectors r1x, r1y, ..; for shape mesh a Gmsh file (.msh, 2.2 or 4.1)"}},
                 {&BodyInput::group, {.name = "group", .what = "physical group of the mesh", .default_text = "all elements"}},
                 {&BodyInput::seeding, {.name = "seeding",
                     .what = "particles at the centres of equal sub-cells, or at Gauss points with Gauss's weights "
                             "(method.domain point)",
                     .default_text = "\"centres\"", .choices = {"centres", "gauss"}}},
                 {&BodyInput::particles_per_cell, {.name = "particles_per_cell",
-                    .what = "particles of a whole cell (4 in 2D is 2 x 2), or one number per axis", .default_text = "2 per axis",
+                    .what = "particles in a whole cell (4 in 2D is 2 x 2), or one number per axis", .default_text = "2 per axis",
                     .per_axis = true, .min = 1, .max = 1000}},
                 {&BodyInput::velocity, {.name = "velocity",
                     .what = "initial velocity", .unit = "m/s", .default_text = "0 per axis", .per_axis = true}},
                 {&BodyInput::body_force, {.name = "body_force",
-                    .what = "force per mass, beside gravity; may use the initial place X, Y, Z", .unit = "m/s^2",
+                    .what = "force per mass, in addition to gravity; may use the initial position X, Y, Z", .unit = "m/s^2",
                     .default_text = "0 per axis", .per_axis = true}}}};
     }();
     return s;
@@ -183,18 +183,18 @@ const Section<BoundaryInput>& boundary_section()
     static const Section<BoundaryInput> s{
         .name = "boundary",
         .what = "A condition on the nodes of a face, or of a plane parallel to it and all nodes beyond. It stays in its place "
-                "and does not follow the material. Faces without one are free: particles that leave there end the run. Later "
-                "entries win where they meet.",
+                "and does not follow the material. Faces without a condition are free: particles that leave there end the "
+                "run. Where entries meet, the later one wins.",
         .repeated = true,
         .keys = {
             {&BoundaryInput::face, {.name = "face", .what = "one face or a list of them", .required = true, .choices = kFaces}},
             {&BoundaryInput::type, {.name = "type",
-                .what = "fixed: no velocity; symmetry: none across the plane (slip); velocity: prescribed by value, particles "
-                        "near it gain what leads its nodes there (with value 0 this is not fixed, which leaves them alone); "
-                        "periodic: both faces of the axis are one; free: no condition",
+                .what = "fixed: zero velocity; symmetry: zero velocity across the plane (slip); velocity: prescribed by value, "
+                        "and particles nearby receive the velocity increment of the nodes (so value 0 differs from fixed, "
+                        "which gives them no increment); periodic: both faces of the axis are one; free: no condition",
                 .required = true, .choices = {"fixed", "symmetry", "velocity", "periodic", "free"}}},
             {&BoundaryInput::at_coordinate, {.name = "at",
-                .what = "coordinate of the plane; between nodes it acts from the first node beyond", .unit = "m",
+                .what = "coordinate of the plane; a plane between nodes acts from the first node beyond", .unit = "m",
                 .default_text = "the face of the grid"}},
             {&BoundaryInput::value, {.name = "value",
                 .what = "velocity per axis; \"free\" leaves an axis alone", .unit = "m/s", .per_axis = true}}}};
@@ -205,21 +205,22 @@ const Section<TractionInput>& traction_section()
 {
     static const Section<TractionInput> s{
         .name = "traction",
-        .what = "A pressure or traction on faces of a body: on the outer faces of its particles' domains (of points: of the "
-                "sub-cells that they were seeded in), with which it moves. Several entries add up.",
+        .what = "A pressure or traction on faces of a body. It acts on the outer faces of the particles' domains (for points: "
+                "of the sub-cells in which they were seeded) and moves with them. Several entries add up.",
         .repeated = true,
         .keys = {
             {&TractionInput::body, {.name = "body", .what = "name of the [[body]]", .required = true}},
             {&TractionInput::face, {.name = "face",
-                .what = "which outer faces, one or a list: x-min has those whose outward normal at the start points most along "
-                        "-x, inner and outer those that look to and from the center of a round body, all every face",
+                .what = "which outer faces, one or a list: x-min selects faces whose outward normal at the start points mostly "
+                        "along -x, inner and outer those that look towards or away from the center of a round body, all every "
+                        "face",
                 .required = true, .choices = kBodyFaces}},
             {&TractionInput::type, {.name = "type",
                 .what = "pressure: against the normal, which follows the face; traction: in a fixed direction, by current area; "
                         "dead: in a fixed direction, by initial area",
                 .choices = {"pressure", "traction", "dead"}}},
             {&TractionInput::value, {.name = "value",
-                .what = "one number or expression for a pressure, else one per axis; may use the initial place X, Y, Z",
+                .what = "one number or expression for a pressure, else one per axis; may use the initial position X, Y, Z",
                 .unit = "Pa", .required = true}}}};
     return s;
 }
@@ -230,7 +231,7 @@ const Section<OutputInput>& output_section()
         std::vector<std::string> names;
         for (const auto& f : output_fields()) names.push_back(f.first);
         return Section<OutputInput>{
-            .name = "output", .what = "What is written where.",
+            .name = "output", .what = "What is written, and where.",
             .keys = {
                 {&OutputInput::directory, {.name = "directory",
                     .what = "where files go, relative to the working directory", .default_text = "results/NAME of the case"}},
@@ -251,11 +252,11 @@ const Section<CheckpointInput>& checkpoint_section()
         .what = "When the state of the run is written to DIR/checkpoint_*.h5, for `ordo run --restart`. SIGINT, SIGTERM and "
                 "SIGHUP write one too.",
         .keys = {
-            {&CheckpointInput::steps, {.name = "steps", .what = "steps from one to the next", .default_text = "none", .min = 1}},
+            {&CheckpointInput::steps, {.name = "steps", .what = "steps between checkpoints", .default_text = "none", .min = 1}},
             {&CheckpointInput::wall_minutes, {.name = "wall_minutes",
-                .what = "time on the clock from one to the next", .unit = "min", .default_text = "none", .min = 0,
+                .what = "wall-clock time between checkpoints", .unit = "min", .default_text = "none", .min = 0,
                 .open_min = true}},
-            {&CheckpointInput::keep, {.name = "keep", .what = "how many of the last are kept", .min = 1}}}};
+            {&CheckpointInput::keep, {.name = "keep", .what = "how many checkpoints are kept, the latest", .min = 1}}}};
     return s;
 }
 
@@ -263,17 +264,18 @@ const Section<WatchInput>& watch_section()
 {
     static const Section<WatchInput> s{
         .name = "watch",
-        .what = "What ends a run. Particles that turn inside out, leave the grid or are no numbers, and mass matrices that are "
-                "not solved, always do; what is not fatal is a warning.",
+        .what = "What ends a run. Particles that turn inside out, leave the grid or are not finite, and mass matrices that are "
+                "not solved, always do. Of the following, what is not fatal is a warning.",
         .keys = {
             {&WatchInput::fatal, {.name = "fatal",
-                .what = "energy: more of it than energy_growth allows; time-step: a dt that particles have outrun; "
-                        "dropped-pivots: fits that too few particles determine (no warning: they are in history.csv)",
+                .what = "energy: it grows by more than energy_growth allows; time-step: a fixed dt that is too long for the "
+                        "current particle speeds; dropped-pivots: fits with too few particles (no warning: they are in "
+                        "history.csv)",
                 .choices = {WatchSpec::names.begin(), WatchSpec::names.end()}}},
             {&WatchInput::energy_growth, {.name = "energy_growth",
-                .what = "how much kinetic, strain and gravity's potential energy together may grow, as a part of kinetic and "
-                        "strain energy at the start and what gravity has given since; boundaries, tractions and body forces "
-                        "that do work need more",
+                .what = "by how much the sum of kinetic, strain and gravitational energy may grow, as a fraction of kinetic and "
+                        "strain energy at the start plus the work of gravity since; allow more if boundaries, tractions or body "
+                        "forces do work",
                 .default_text = "not watched", .min = 0}}}};
     return s;
 }
@@ -281,13 +283,13 @@ const Section<WatchInput>& watch_section()
 const Section<ProbeInput>& probe_section()
 {
     static const Section<ProbeInput> s{
-        .name = "probe", .what = "A particle to follow, or a point in space to watch: probe_NAME.csv.", .repeated = true,
+        .name = "probe", .what = "A particle to follow, or a fixed point in space to watch: probe_NAME.csv.", .repeated = true,
         .keys = {
             {&ProbeInput::name, {.name = "name", .what = "part of the file's name", .required = true}},
             {&ProbeInput::particle, {.name = "particle",
-                .what = "the particle that starts nearest to this place", .unit = "m", .per_axis = true}},
+                .what = "position; the particle that starts nearest to it is followed", .unit = "m", .per_axis = true}},
             {&ProbeInput::point, {.name = "point",
-                .what = "a fixed place; velocity and density are those of the grid, from the first step on", .unit = "m",
+                .what = "fixed position; velocity and density are those of the grid, from the first step on", .unit = "m",
                 .per_axis = true}}}};
     return s;
 }
@@ -295,10 +297,10 @@ const Section<ProbeInput>& probe_section()
 
 // ---- reading ---------------------------------------------------------------------------------------------------------
 
-/// Parts of a dotted key; those of the schema have four at most, such as body.0.velocity.1 of --set.
+/// The largest number of parts of a dotted key; keys of the schema have at most four, such as body.0.velocity.1 of --set.
 constexpr std::size_t kMostParts = 16;
 
-/// The place behind the string of TOML that starts with a quote at `k`.
+/// The place after the TOML string that starts with a quote at `k`.
 std::size_t end_of_string(std::string_view text, std::size_t k)
 {
     const std::string quote(text.substr(k, 3) == std::string(3, text[k]) ? 3 : 1, text[k]);
@@ -308,12 +310,12 @@ std::size_t end_of_string(std::string_view text, std::size_t k)
         else if (quote.size() == 1 && text[k] == '\n')
             return k;
         else if (text.substr(k, quote.size()) == quote)
-            return text.find_first_not_of(quote[0], k + quote.size());  // up to two more quotes may end a text of lines
+            return text.find_first_not_of(quote[0], k + quote.size());  // a multi-line string may end with up to two more quotes
     }
     return text.size();
 }
 
-/// Throws where a key has too many parts: toml++ 3.3 deletes the tables of a.a.a.. by recursion, which can end the stack.
+/// Throws if a key has too many parts: toml++ 3.3 deletes the tables of a.a.a.. by recursion, which can overflow the stack.
 void require_short_keys(const std::filesystem::path& file, std::string_view text)
 {
     std::size_t parts = 1;
@@ -326,7 +328,7 @@ void require_short_keys(const std::filesystem::path& file, std::string_view text
         if (parts > kMostParts) {
             const auto line = std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(k), '\n') + 1;
             fail({file.string(), static_cast<int>(line), 1}, "key",
-                 fmt::format("has more than {} parts; no key has so many", kMostParts));
+                 fmt::format("has more than {} parts; no key has that many", kMostParts));
         }
     }
 }
@@ -376,9 +378,9 @@ void apply_override(toml::table& root, const std::string& text)
     const std::size_t equals = text.find('=');
     if (equals == std::string::npos || equals == 0) fail_override(text, "must be key=value, such as --set grid.spacing=0.05");
     const std::string key = text.substr(0, equals);
-    // toml::node copies lose their source: values set here are recognised as the command line's.
+    // toml::node copies lose their source, which marks values from the command line.
     const toml::table parsed = parse_value(text, text.substr(equals + 1));
-    // The two exclude each other; a sweep over one must not have to remove the other from the file.
+    // The two exclude each other: setting one removes the other, so a sweep over one needs no change of the file.
     if (key == "time.cfl" || key == "time.dt")
         if (toml::node* time = root.get("time"); time && time->is_table())
             time->as_table()->erase(key == "time.cfl" ? "dt" : "cfl");
@@ -386,7 +388,7 @@ void apply_override(toml::table& root, const std::string& text)
     std::stringstream parts(key);
     std::vector<std::string> path;
     for (std::string part; std::getline(parts, part, '.');) path.push_back(part);
-    if (path.size() > kMostParts) fail_override(text, fmt::format("has a key of {} parts; no key has so many", path.size()));
+    if (path.size() > kMostParts) fail_override(text, fmt::format("has a key of {} parts; no key has that many", path.size()));
     for (std::size_t k = 0; k < path.size(); ++k) {
         const bool last = k + 1 == path.size();
         if (toml::table* table = node->as_table()) {
@@ -400,7 +402,7 @@ void apply_override(toml::table& root, const std::string& text)
             const bool digits =
                 !path[k].empty() && path[k].size() < 9 && path[k].find_first_not_of("0123456789") == std::string::npos;
             const std::size_t index = digits ? std::stoul(path[k]) : list->size();
-            if (list->empty()) fail_override(text, fmt::format("there is nothing in the list that \"{}\" would be of", path[k]));
+            if (list->empty()) fail_override(text, fmt::format("the list is empty and has no element \"{}\"", path[k]));
             if (index >= list->size())
                 fail_override(text, fmt::format("\"{}\" must be a number from 0 to {}", path[k], list->size() - 1));
             if (last) {
@@ -426,7 +428,7 @@ void read_repeated(const toml::table& root, const Section<T>& section, int dim, 
     const toml::node* node = root.get(section.name);
     if (!node) return;
     const toml::array* list = node->as_array();
-    if (!list) fail(place_of(*node), section.name, "must be written [[" + section.name + "]], for there may be several");
+    if (!list) fail(place_of(*node), section.name, "must be written [[" + section.name + "]], because there may be several");
     for (std::size_t k = 0; k < list->size(); ++k) {
         const std::string path = fmt::format("{}[{}]", section.name, k);
         read_table(section, table_of(*list->get(k), path), path, dim, out.emplace_back());
@@ -449,7 +451,7 @@ void read_single(const toml::table& root, const Section<T>& section, int dim, T&
                  fmt::format("is missing; the case needs a table [{}] with the key {}", section.name, k.info.name));
 }
 
-/// The number of axes, which the length of other keys depends on.
+/// The number of axes, which determines the length of other keys.
 int read_dim(const toml::table& root)
 {
     GridInput grid;
@@ -478,7 +480,7 @@ MethodSpec resolve_method(MethodInput& in)
             in.fail(std::string(s.name), fmt::format("must be an integer (got {})", number));
     }
     if (const Rule* rule = broken_rule(spec)) {
-        // The key to blame is the last that the rule names and the input has.
+        // Blame the last key of the rule that the input has.
         std::istringstream words{std::string(rule->what)};
         std::string key = "preset";
         for (std::string word; words >> word;) {
@@ -490,7 +492,7 @@ MethodSpec resolve_method(MethodInput& in)
     return spec;
 }
 
-/// The Lame constants of a material from the pair that is given.
+/// The Lame constants of a material from the given pair of constants.
 void resolve_elasticity(const MaterialInput& in, const LawRow& law, Material& m)
 {
     const std::pair<const char*, bool> given[] = {{"young", in.young.has_value()},   {"poisson", in.poisson.has_value()},
@@ -524,7 +526,7 @@ void resolve_elasticity(const MaterialInput& in, const LawRow& law, Material& m)
         in.fail("lambda", "makes the bulk modulus lambda + 2 mu/3 zero or negative; the material would collapse");
 }
 
-/// Throws where a field to be written is a history column that no material of the case carries.
+/// Throws if an output field is a history column that no material of the case carries.
 void require_carried(const CaseInput& c)
 {
     auto carries = [](const LawRow& law, const std::string& name) {
@@ -541,7 +543,7 @@ void require_carried(const CaseInput& c)
 
 Material resolve_material(const MaterialInput& in, int dim)
 {
-    if (in.name.empty()) in.fail("name", "must not be empty; bodies name their material by it");
+    if (in.name.empty()) in.fail("name", "must not be empty; bodies refer to their material by name");
     const LawRow& law = *find_law(in.model);
     if (dim > law.max_dim)
         in.fail("model", fmt::format("{} exists in {}D only (dim = {}); use jaumann-elastic", law.name, law.max_dim, dim));
@@ -557,7 +559,7 @@ Material resolve_material(const MaterialInput& in, int dim)
     }
     for (const auto& [key, value] : in.parameters)
         if (std::none_of(law.parameters.begin(), law.parameters.end(), [&](const LawParameter& p) { return p.name == key; }))
-            in.fail(key, fmt::format("is no parameter of {}", law.name));
+            in.fail(key, fmt::format("is not a parameter of {}", law.name));
     return m;
 }
 
@@ -569,7 +571,7 @@ void require_known_material(const BodyInput& in, const CaseInput& c)
         in.fail("material", "there is no [[material]] called \"" + in.material + "\". " + suggestion(in.material, materials));
 }
 
-/// Checks that the shape exists in `dim` dimensions and that the body has its keys and no others.
+/// Checks that the shape exists in `dim` dimensions and that the body has the keys of the shape and no others.
 void require_keys_of_shape(const BodyInput& in, int dim)
 {
     const ShapeInfo& shape =
@@ -591,7 +593,7 @@ void require_keys_of_shape(const BodyInput& in, int dim)
             in.fail(key, fmt::format("has no meaning for the shape \"{}\"; remove it", in.shape));
 }
 
-/// Checks angles, and what polar cells need. Lengths are checked in setup.
+/// Checks angles and the keys of polar cells. setup checks lengths.
 void validate_geometry(const BodyInput& in)
 {
     if (in.has("angle") && in.angle.size() != 2) in.fail("angle", "must be two angles in degrees, [first, last]");
@@ -603,7 +605,7 @@ void validate_geometry(const BodyInput& in)
     if (polar && in.has("seeding")) in.fail("seeding", "needs cells = \"cartesian\"");
 }
 
-/// Makes it one number per axis, 2 by default.
+/// Turns particles_per_cell into one number per axis, 2 by default.
 void resolve_particles_per_cell(BodyInput& in, int dim)
 {
     std::vector<int>& n = in.particles_per_cell;
@@ -619,7 +621,7 @@ void resolve_particles_per_cell(BodyInput& in, int dim)
     }
 }
 
-/// Checks a body and fills its defaults; its place in the input names it where it has no name.
+/// Checks a body and fills its defaults; without a name it is named by its number.
 void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
 {
     if (in.name.empty()) in.name = fmt::format("body {}", index);
@@ -661,8 +663,8 @@ void validate_traction(TractionInput& in, int dim, const std::vector<BodyInput>&
     if (!body) in.fail("body", fmt::format("there is no body called \"{}\". {}", in.body, suggestion(in.body, names)));
     if (in.face.empty()) in.fail("face", "must name at least one face");
     if (body->shape == "particles")
-        in.fail("body", fmt::format("the particles of body \"{}\" come from a file and share no corners, so that its outer faces "
-                                    "are not known; use shape = \"mesh\" or a built-in shape",
+        in.fail("body", fmt::format("the particles of body \"{}\" come from a file and share no corners, so its outer faces are "
+                                    "not known; use shape = \"mesh\" or a built-in shape",
                                     in.body));
     for (const std::string& face : in.face) {
         if (face[1] == '-' && face[0] - 'x' >= dim) in.fail("face", fmt::format("\"{}\" does not exist in {}D", face, dim));
@@ -670,7 +672,7 @@ void validate_traction(TractionInput& in, int dim, const std::vector<BodyInput>&
             in.fail(
                 "face",
                 fmt::format(
-                    "\"{}\" needs a body with a center; body \"{}\" has none: use x-min, .. or all, or give a mesh its center",
+                    "\"{}\" needs a body with a center; body \"{}\" has none: use x-min, .. or all, or give the center of a mesh",
                     face, in.body));
     }
     const std::size_t wanted = in.type == "pressure" ? 1 : static_cast<std::size_t>(dim);
@@ -740,10 +742,10 @@ void validate_probe(const ProbeInput& p, const CaseInput& c)
 {
     if (p.particle.empty() == p.point.empty()) p.fail("point", "give either particle or point");
     if (!p.point.empty() && c.spec.enrichment == Enrichment::all)
-        p.fail("point", "watches the grid, where finite elements leave nothing; follow a particle");
+        p.fail("point", "watches the grid, which finite elements do not use; follow a particle");
     if (p.name.empty() ||
         p.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") != std::string::npos)
-        p.fail("name", "must be made of letters, digits, - and _, for it is part of a file's name");
+        p.fail("name", "must consist of letters, digits, - and _, because it is part of a file name");
     const std::string key         = p.point.empty() ? "particle" : "point";
     const std::vector<double>& at = p.point.empty() ? p.particle : p.point;
     for (int a = 0; a < c.grid.dim; ++a)
@@ -779,7 +781,7 @@ void validate(CaseInput& c, const std::filesystem::path& file)
     for (const char* key : {"steps", "wall_minutes"})
         if (c.checkpoint.has(key) && !has_hdf5()) c.checkpoint.fail(key, kNoHdf5);
     if (c.output.grid && c.spec.enrichment == Enrichment::all)
-        c.output.fail("grid", "finite elements leave nothing on the grid; write particles only");
+        c.output.fail("grid", "finite elements do not use the grid; write particles only");
 }
 
 }  // namespace
@@ -789,7 +791,7 @@ const std::vector<ShapeInfo>& shapes()
 {
     static const std::vector<ShapeInfo> rows = {
         {"ball", "a ball; a disk in 2D, an interval in 1D", {"center", "radius"}, {"particles_per_cell", "seeding"}, 1, 3},
-        {"box", "a box; its own equal sub-cells, as close to the grid's as fit it exactly", {"lower", "upper"},
+        {"box", "a box, in equal sub-cells that fit it exactly, close in size to those of the grid", {"lower", "upper"},
          {"particles_per_cell", "seeding"}, 1, 3},
         {"ring", "an annulus or a part of it", {"center", "inner_radius", "radius"},
          {"angle", "cells", "radial", "angular", "particles_per_cell", "seeding"}, 2, 2},
@@ -870,7 +872,7 @@ std::string reference_page()
 {
     return "# Input reference\n\nWritten by `ordo list input` from the schema in `src/io/input.cpp`. SI units. A number or an "
            "expression of x, y, z, t\n"
-           "(muParser) may stand wherever the type says so; unknown keys are errors.\n\n" +
+           "(muParser) is allowed where the type says so; unknown keys are errors.\n\n" +
            reference(case_section()) + reference(grid_section()) + reference(method_section()) + reference(time_section()) +
            reference(material_section()) + reference(body_section()) + reference(boundary_section()) +
            reference(traction_section()) + reference(output_section()) + reference(checkpoint_section()) +

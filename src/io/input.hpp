@@ -1,4 +1,4 @@
-// The input of a run: plain structs, filled from TOML by the one schema, resolved with every default.
+// The input of a run: plain structs, filled from TOML by the schema, resolved with every default.
 #pragma once
 
 #include "io/schema.hpp"
@@ -19,7 +19,7 @@ struct GridInput : Located {
 
 struct MethodInput : Located {
     std::string preset = "cpdi1";
-    Words axes;       ///< choices by the keys of their axes
+    Words axes;       ///< choices by axis keys
     Numbers numbers;  ///< by the names of settings()
 };
 
@@ -33,7 +33,7 @@ struct MaterialInput : Located {
     std::string model = "neo-hookean";
     double density    = 0.0;
     std::optional<double> young, poisson, lambda, mu, bulk, shear;
-    Numbers parameters;  ///< of the model, by their keys
+    Numbers parameters;  ///< of the model, by key
 };
 
 struct BodyInput : Located {
@@ -115,10 +115,10 @@ struct ShapeInfo {
 };
 const std::vector<ShapeInfo>& shapes();
 
-/// Names of the particle fields that `output.fields` may list, with what they are.
+/// Names and descriptions of the particle fields that `output.fields` may list.
 const std::vector<std::pair<std::string, std::string>>& output_fields();
 
-/// Reads, overrides (`key=value`) and validates a case. Throws InputError.
+/// Reads a case, applies overrides (`key=value`) and validates it. Throws InputError.
 CaseInput read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides);
 
 /// The resolved case as TOML with every default; reading it again gives the same case.

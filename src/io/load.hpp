@@ -1,4 +1,4 @@
-// A case from its file, for programs: without the headers of TOML that io/input.hpp needs.
+// Loads a case from its file, for programs. Does not need the TOML headers of io/input.hpp.
 #pragma once
 
 #include "setup/spec.hpp"
@@ -9,8 +9,8 @@
 
 namespace ordo::io {
 
-/// Reads a case of dimension D, with `key=value` changes, and sets it up with the checks of `ordo run`. Throws InputError with the
-/// place in the file.
+/// Reads a case of dimension D, with `key=value` overrides, and sets it up with the checks of `ordo run`. Throws InputError with
+/// the place in the file.
 template <int D>
 setup::Built<D> load(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 

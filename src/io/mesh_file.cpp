@@ -16,7 +16,7 @@ namespace {
 /// Lengths and sines below this are round-off of coordinates with 16 digits.
 constexpr double kRoundOff = 1e-9;
 
-/// The cells with the numbers and types of their elements, for messages.
+/// Cells with the numbers and types of their elements, for messages.
 template <int D>
 struct NumberedCells {
     std::string file;
@@ -39,8 +39,8 @@ void require_dimension(const std::string& file, const GmshMesh& mesh, int dim)
     const std::string has = top ? fmt::format("has dimension {} ({})", top->dim, top->name) : "holds no elements";
     const std::string set = top && top->dim > 0 ? fmt::format("set grid.dim = {} or ", top->dim) : "";
     fail({file}, "mesh",
-         fmt::format("{}, the case {}; {}save one of dimension {}: gmsh -{} part.geo -o part.msh. Where there are physical "
-                     "groups, Gmsh saves only what is in one",
+         fmt::format("{}, the case {}; {}save one of dimension {}: gmsh -{} part.geo -o part.msh. If there are physical "
+                     "groups, Gmsh saves only their elements",
                      has, dim, set, dim, dim));
 }
 
@@ -68,8 +68,8 @@ std::set<int> entities_of(const std::string& file, const GmshMesh& mesh, int dim
          fmt::format("there is no physical group \"{}\" of dimension {}. {}", name, dim, suggestion(name, names)));
 }
 
-/// Where in an element of Gmsh the corners of a cell stand; empty for a type that cannot be a cell. Gmsh goes round
-/// quadrilaterals and the ends of hexahedra, corners of cells are counted by bits.
+/// The places of a cell's corners in an element of Gmsh; empty for a type that cannot be a cell. Gmsh goes around quadrilaterals
+/// and the ends of hexahedra, while corners of cells are numbered by bits.
 std::vector<int> corner_order(int type)
 {
     switch (type) {  // numbers of the format, Gmsh's manual, "MSH file format"
@@ -91,7 +91,7 @@ class UsedNodes {
     {
         for (std::size_t k = 0; k < mesh.nodes.size(); ++k) place_[mesh.nodes[k]] = k;
     }
-    /// Dense number of a node; -1 where the mesh does not have it.
+    /// The dense number of a node; -1 if the mesh does not have it.
     int number(std::size_t node)
     {
         const auto found = place_.find(node);
@@ -161,7 +161,7 @@ NumberedCells<D> cells_of(const std::string& file, const GmshMesh& mesh, const s
     return r;
 }
 
-/// The Jacobian at a corner over the lengths of the edges there, a sine; zero where an edge has no length.
+/// The Jacobian at a corner divided by the lengths of its edges, a sine; zero if an edge has length zero.
 template <int D>
 double sine_at(const CellMesh<D>& mesh, const CornerIds<D>& cell, int corner)
 {
@@ -200,11 +200,11 @@ void orient(NumberedCells<D>& cells)
             turn_over(cell);
         else if (positive < count)
             cells.fail_at(k, "is flat, not convex or partly turned inside out: its Jacobian is not positive at each corner; mesh "
-                             "the part with other sizes or gmsh -optimize");
+                             "the part with other sizes or with gmsh -optimize");
     }
 }
 
-/// The corners of each face of a cell, seen from outside anticlockwise.
+/// The corners of each face of a cell, anticlockwise when seen from outside.
 template <int D>
 std::vector<std::vector<int>> faces_of(bool simplex)
 {
@@ -215,7 +215,7 @@ std::vector<std::vector<int>> faces_of(bool simplex)
     return {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
 }
 
-/// A face of a cell: a key that two cells share, and on which side of it the cell lies.
+/// A face of a cell: a key that two cells share, and the side on which the cell lies.
 struct Side {
     std::array<int, 4> face{-1, -1, -1, -1};
     bool positive    = false;
@@ -252,7 +252,7 @@ std::vector<Side> sides_of(const CellMesh<D>& mesh)
     return sides;
 }
 
-/// Cells on one side of a common face overlap.
+/// Cells on the same side of a common face overlap.
 template <int D>
 void require_tiling(const NumberedCells<D>& cells)
 {
@@ -260,8 +260,8 @@ void require_tiling(const NumberedCells<D>& cells)
     for (std::size_t k = 1; k < sides.size(); ++k)
         if (sides[k].face == sides[k - 1].face && sides[k].positive == sides[k - 1].positive)
             cells.fail_at(sides[k].cell,
-                          fmt::format("overlaps element {}: they lie on the same side of a common face; remove one, or save "
-                                      "a mesh with elements in two groups as format 4.1: 2.2 repeats them",
+                          fmt::format("overlaps element {}: they lie on the same side of a common face; remove one. If elements "
+                                      "are in two groups, save the mesh as format 4.1: 2.2 repeats them",
                                       cells.numbers[sides[k - 1].cell]));
 }
 

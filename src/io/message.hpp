@@ -9,7 +9,7 @@
 
 namespace ordo::io {
 
-/// Prints to stderr; silent where stderr cannot be written.
+/// Prints to stderr; does nothing if stderr cannot be written.
 template <class... Args>
 void say(fmt::format_string<Args...> format, Args&&... args) noexcept
 {

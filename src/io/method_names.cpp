@@ -29,7 +29,7 @@ const Preset& preset_called(const std::string& name)
 
 namespace {
 
-/// True where `name` is a number of a method, which then is set.
+/// Sets a number of a method; returns false if there is none called `name`.
 bool set_number(MethodSpec& spec, const std::string& option, const std::string& name, const std::string& choice)
 {
     const auto all     = settings();

@@ -13,8 +13,8 @@
 
 namespace ordo::io {
 
-/// Writes the checkpoints that [checkpoint] asks for, and one where is_stopped() says that the run was stopped. Comes after the
-/// writer among the observers.
+/// Writes the checkpoints that [checkpoint] asks for, and one if is_stopped() says that the run was stopped. Must be added after
+/// the writer.
 template <int D>
 class KeepCheckpoints : public Observer<D> {
   public:
@@ -22,7 +22,7 @@ class KeepCheckpoints : public Observer<D> {
         : checkpoints_(checkpoints), writer_(writer), is_stopped_(std::move(is_stopped))
     {}
 
-    /// A run with a later end would not make a step that is cut: it goes on from the state before it.
+    /// A run with a later end would not take a shortened step: it continues from the state before it.
     void before_step(Simulation<D>& sim, const StepSize& step) override
     {
         if (step.is_cut && checkpoints_.are_wanted()) write(sim, written(sim));
@@ -32,8 +32,8 @@ class KeepCheckpoints : public Observer<D> {
         if (!step.is_cut && !sim.is_complete() && checkpoints_.is_due(sim.state())) write(sim, written(sim));
     }
 
-    /// A run that goes on from here does not have the last row and frame. Once there is a checkpoint at the end nothing is left to
-    /// do, so that it comes last; before the end it is what matters most.
+    /// A run that continues from here does not have the last row and frame. At the end the checkpoint is written last, because it
+    /// marks that nothing is left to do. Before the end it is written first, because it matters most.
     void ending(Simulation<D>& sim) override
     {
         if (sim.is_cut() || !has_hdf5() || !(is_stopped_() || checkpoints_.are_wanted())) return;

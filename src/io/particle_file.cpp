@@ -36,7 +36,7 @@ bool is_blank_or_comment(const std::string& line)
     return first == std::string::npos || line[first] == '#';
 }
 
-/// What columns a file may have.
+/// The columns that a file may have.
 struct Columns {
     std::vector<std::string> required = {"volume"};  ///< and the coordinates
     std::vector<std::string> edges;                  ///< all or none of them
@@ -67,7 +67,7 @@ std::vector<std::string> read_header(const std::vector<Cell>& cells, const Colum
     for (const Cell& c : cells) {
         if (!has(columns.known, c.text))
             fail(place_of(c, line), "header", "there is no column \"" + c.text + "\". " + suggestion(c.text, columns.known));
-        if (has(header, c.text)) fail(place_of(c, line), "header", "the column \"" + c.text + "\" stands twice");
+        if (has(header, c.text)) fail(place_of(c, line), "header", "the column \"" + c.text + "\" is there twice");
         header.push_back(c.text);
     }
     for (const std::string& r : columns.required)
@@ -91,7 +91,7 @@ double read_number(const Cell& cell, const std::string& column, const Place& lin
     return value;
 }
 
-/// Checks given half-edge vectors, or makes those of a cube of the same volume.
+/// Checks half-edge vectors if given, else sets those of a cube of the same volume.
 template <int D>
 void settle_edges(Seed<D>& seed, bool has_edges, const Place& line)
 {
@@ -142,7 +142,7 @@ std::vector<Seed<D>> read_particles(const BodyInput& body)
     std::vector<Seed<D>> seeds;
     std::string line;
     for (int number = 1; std::getline(in, line); ++number) {
-        if (number == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // the mark of UTF-8 that some programs write
+        if (number == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // the UTF-8 mark that some programs write
         if (is_blank_or_comment(line)) continue;
         const std::vector<Cell> cells = split(line);
         const Place place{body.file, number, 1};
@@ -153,7 +153,7 @@ std::vector<Seed<D>> read_particles(const BodyInput& body)
     }
     if (seeds.empty())
         body.fail("file", "\"" + body.file + "\" holds no particle; it needs a header line such as " +
-                              fmt::format("{}", fmt::join(columns.required, ",")) + " and a line a particle");
+                              fmt::format("{}", fmt::join(columns.required, ",")) + " and one line per particle");
     return seeds;
 }
 

@@ -1,4 +1,4 @@
-// Particles from a CSV file: columns x, y, z, volume and, where the user has them, half-edge vectors r1x, r1y, ..
+// Particles from a CSV file: columns x, y, z, volume and optional half-edge vectors r1x, r1y, ..
 #pragma once
 
 #include "io/input.hpp"

@@ -45,9 +45,8 @@ void require_files(const CaseInput& input, const Written& written)
     const std::filesystem::path directory(input.output.directory);
     auto fail = [&](const std::string& name, std::string_view what) {
         throw InputError(
-            fmt::format("{} {}: {} does not hold the files of its run, or not all of them; give an empty directory with "
-                        "--output",
-                        name, what, directory.string()));
+            fmt::format("{} {}: {} does not hold all files of the interrupted run; give an empty directory with --output", name,
+                        what, directory.string()));
     };
     auto require = [&](const std::string& name) {
         std::error_code none;

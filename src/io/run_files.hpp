@@ -1,4 +1,4 @@
-// The files of a run: their names, and how far they have come, for a restart.
+// The files of a run: their names, and how much of them was written, for restarts.
 #pragma once
 
 #include "io/input.hpp"
@@ -21,14 +21,14 @@ std::optional<std::int64_t> step_of_checkpoint(const std::string& name);
 /// The history and the probes.
 std::vector<std::string> table_files(const CaseInput& input);
 
-/// A file says which run a directory holds.
+/// Whether a directory holds the results of a run: case.toml says so.
 inline bool has_results(const std::filesystem::path& directory) { return std::filesystem::exists(directory / "case.toml"); }
 
-/// How far the files of a run have come.
+/// How much of the files of a run was written.
 struct Written {
     std::int64_t step = 0;                      ///< of the state
     std::vector<double> frames;                 ///< their times, s
-    std::vector<std::int32_t> grid_frames;      ///< numbers of those that the grid has too
+    std::vector<std::int32_t> grid_frames;      ///< numbers of frames that include the grid
     std::vector<std::uint64_t> table_sizes;     ///< of table_files(), bytes
     std::vector<std::uint64_t> table_sums;      ///< their checksums
     std::vector<std::int32_t> probe_particles;  ///< ids, -1 for points
@@ -37,7 +37,7 @@ struct Written {
     std::vector<double> watched;  ///< energies, see Watch
 };
 
-/// Throws InputError where the tables in the directory do not begin with those of `written`, or frames are missing.
+/// Throws InputError if the tables in the directory do not begin with those of `written`, or frames are missing.
 void require_files(const CaseInput& input, const Written& written);
 
 }  // namespace ordo::io

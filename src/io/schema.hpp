@@ -1,5 +1,5 @@
 // The machinery of the input schema: one description of each key (name, type, range, unit, sentence) parses and
-// validates the TOML, echoes what was resolved and writes the reference page. Knows nothing of ordo's own keys.
+// validates the TOML, echoes the resolved values and writes the reference page. Knows nothing of ordo's own keys.
 #pragma once
 
 #include "base/error.hpp"
@@ -33,10 +33,10 @@ std::string one_line(std::string_view text);
 /// Throws InputError "file:line:column: key: message".
 [[noreturn]] void fail(const Place& place, std::string_view key, std::string_view message);
 
-/// The candidate nearest to `word` by edit distance, or empty when none is near.
+/// The candidate nearest to `word` by edit distance, or empty if none is near.
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
 
-/// "Did you mean X?" or the list of what there is.
+/// "Did you mean X?" or the list of candidates.
 std::string suggestion(std::string_view word, const std::vector<std::string>& candidates);
 
 /// A number or an expression of x, y, z, t as the user wrote it.
@@ -48,7 +48,7 @@ struct Expression {
     bool operator==(const Expression& o) const { return value == o.value; }
 };
 
-/// A table of the input remembers where it and its keys stood.
+/// A table of the input, with the places of the table and its keys.
 struct Located {
     Place place;
     std::string path;  ///< such as body[0]
@@ -67,12 +67,12 @@ struct Located {
     }
 };
 
-/// What the schema says of a key.
+/// The description of a key.
 struct KeyInfo {
     std::string name;
     std::string what;                       ///< one sentence
     std::string unit                 = {};  ///< SI, empty for none
-    std::string default_text         = {};  ///< shown in the reference where the default is derived
+    std::string default_text         = {};  ///< shown in the reference if the default is derived
     bool required                    = false;
     bool per_axis                    = false;  ///< as many values as the grid has dimensions; a single number is repeated
     double min                       = -std::numeric_limits<double>::infinity();
@@ -82,7 +82,7 @@ struct KeyInfo {
     std::vector<std::string> choices = {};
 };
 
-/// Numbers and words by their keys, for keys that only tables know: parameters of laws, axes of methods.
+/// Numbers and words by their keys, for keys that come from tables: parameters of laws, axes of methods.
 using Numbers = std::map<std::string, double>;
 using Words   = std::map<std::string, std::string>;
 
@@ -109,10 +109,10 @@ struct Section {
     std::string header() const { return repeated ? "[[" + name + "]]" : "[" + name + "]"; }
 };
 
-/// Where a node stood; nodes that --set made have no place in a file.
+/// The place of a node; nodes made by --set have no place in a file.
 Place place_of(const toml::node& node);
 
-/// Reads one value; throws InputError when the type or the range is wrong. `dim` is the number of axes.
+/// Reads one value; throws InputError if the type or the range is wrong. `dim` is the number of axes.
 struct ValueReader {
     const KeyInfo& info;
     std::string path;
@@ -172,7 +172,7 @@ std::vector<std::string> key_names(const Section<Owner>& section)
     return names;
 }
 
-/// Fills `owner` from the keys of a table. `others` are names that the caller reads itself.
+/// Fills `owner` from the keys of a table. The caller reads the names in `others` itself.
 template <class Owner>
 void read_table(const Section<Owner>& section, const toml::table& table, const std::string& path, int dim, Owner& owner,
                 const std::vector<std::string>& others = {})
@@ -223,7 +223,7 @@ std::string to_toml(const std::vector<T>& values)
     return r + "]";
 }
 
-/// What a member holds of a key: all of it, or the number of that name.
+/// The value of a key in a member: the member itself, or its entry of that name.
 template <class T>
 const T& value_of(const T& member, const std::string&)
 {
@@ -250,13 +250,13 @@ std::string echo(const Section<Owner>& section, const Owner& owner)
     return text;
 }
 
-/// The text with what would break a cell of a Markdown table escaped.
+/// The text, escaped for a cell of a Markdown table.
 std::string markdown_cell(std::string text);
 
 /// The type of a key in words, with its range or choices.
 std::string describe_type(std::string_view type, const KeyInfo& info);
 
-/// The section as Markdown: a row a key.
+/// The section as Markdown, one row per key.
 template <class Owner>
 std::string reference(const Section<Owner>& section)
 {

@@ -19,15 +19,15 @@ namespace ordo::io {
 
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "the VTK writers say LittleEndian");
+static_assert(std::endian::native == std::endian::little, "the VTK writers need a little-endian machine");
 
-/// The appended section of a VTK XML file: arrays of numbers, each behind its size in bytes. Values are found while they are
-/// written, a block at a time: arrays of a whole frame would be as much memory as the particles, and its pages cost more than
-/// the numbers.
+/// The appended section of a VTK XML file: arrays of numbers, each after its size in bytes. Values are computed while they are
+/// written, a block at a time: arrays of a whole frame would need as much memory as the particles, and touching new pages costs
+/// more than computing the numbers.
 class Appended {
   public:
-    /// Adds an array of `count` tuples and returns the attributes that place it in the XML. fill(k, out) writes the numbers
-    /// of tuple k; called in parallel, until `write` is through.
+    /// Adds an array of `count` tuples and returns its XML element. fill(k, out) writes the numbers of tuple k; it is called in
+    /// parallel, until `write` returns.
     template <class T, class Fill>
     std::string add(std::string_view name, std::size_t count, int components, Fill fill)
     {
@@ -35,7 +35,7 @@ class Appended {
         return add_runs<T>(
             name, count, components, [=](std::size_t k) { return k * length; }, std::move(fill));
     }
-    /// The same of `count` runs of tuples; the numbers of run k begin at place begin(k).
+    /// The same for `count` runs of tuples; the numbers of run k begin at place begin(k).
     template <class T, class Begin, class Fill>
     std::string add_runs(std::string_view name, std::size_t count, int components, Begin begin, Fill fill)
     {
@@ -81,7 +81,7 @@ constexpr std::string_view kHead = R"(<?xml version="1.0"?>
 <VTKFile type="{}" version="1.0" byte_order="LittleEndian" header_type="UInt64">
 )";
 
-/// The array of a field; the particles in the order given. All must live until `data` is written.
+/// The array of a field, with particles in the given order. All arguments must live until `data` is written.
 template <int D>
 std::string field_array(Appended& data, const std::string& name, const std::vector<int>& order, const Model<D>& model,
                         const Particles<D>& p)
@@ -130,7 +130,7 @@ std::string field_array(Appended& data, const std::string& name, const std::vect
     throw std::logic_error("field_array: no field " + name);
 }
 
-/// Corners of a particle's domain as it is drawn: a point has one.
+/// The number of corners of a particle's domain in drawings; one for a point.
 template <int D>
 int corner_count(const Particles<D>& p, int i)
 {
@@ -148,7 +148,7 @@ std::uint8_t cell_type(const Particles<D>& p, int i)
     return corner_count(p, i) == 1 ? vertex : of_dim[D - 1];
 }
 
-/// The corners of a particle's domain in VTK's order, of a point itself.
+/// The corners of a particle's domain in VTK's order; for a point its position.
 template <int D>
 void put_corners(const Model<D>& model, const Particles<D>& p, int i, double* out)
 {
@@ -187,7 +187,7 @@ void write_particles(const std::filesystem::path& file, const Model<D>& model, S
     const Particles<D>& p = s.particles;
     std::vector<int> order(static_cast<std::size_t>(p.count));
     parallel_for_each(p.count, [&](std::ptrdiff_t i) { order[p.id[i]] = static_cast<int>(i); });
-    std::vector<std::size_t> first_point = {0};  // of each particle, and behind the last
+    std::vector<std::size_t> first_point = {0};  // of each particle, and the end
     first_point.reserve(order.size() + 1);
     for (int i : order) first_point.push_back(first_point.back() + static_cast<std::size_t>(corner_count(p, i)));
     const std::size_t count = order.size(), point_count = first_point.back();
@@ -238,8 +238,8 @@ void write_grid(const std::filesystem::path& file, const State<D>& s)
     }
     const std::size_t count = static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]);
     std::vector<double> mass(count), velocity(3 * count);
-    // At a point count the functions of its node and, of splines, of the next: fewer than a block is wide, so that the first and
-    // the last along each axis speak for all.
+    // The functions at a point are those of its node and, for splines, of the next ones. They are fewer than a block is wide, so
+    // checking the first and the last along each axis is enough.
     const int last        = g.basis.degree - 1;
     const auto both_sides = IndexBox<D>{Index<D>{}, Index<D>::filled(last > 0 ? 2 : 1)};
     auto is_touched       = [&](const Index<D>& node) {

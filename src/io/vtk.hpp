@@ -10,13 +10,13 @@
 namespace ordo::io {
 
 /// Writes the particles in the order of their ids. Domains are drawn as cells with cell data (lines, quads, hexahedra);
-/// points as vertices with point data. `fields` are names of output_fields(); id, body and material always come.
+/// points as vertices with point data. `fields` are names of output_fields(); id, body and material are always written.
 template <int D>
 void write_particles(const std::filesystem::path& file, const Model<D>& model, State<D>& s,
                      const std::vector<std::string>& fields);
 
-/// Writes mass and velocity of the grid of the last step at the corners of its cells; with splines the sums of N_i m_i and
-/// N_i v_i there. Zero where the material does not reach.
+/// Writes mass and velocity of the grid of the last step at the corners of its cells; for splines the sums of N_i m_i and
+/// N_i v_i there. Zero where there is no material.
 template <int D>
 void write_grid(const std::filesystem::path& file, const State<D>& s);
 

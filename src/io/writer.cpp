@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::string_view kResolvedHeader = "# The resolved case";
 
-/// Removes the files with names that a run may have given, unless is_kept(name).
+/// Removes files whose names are those of output files, unless is_kept(name).
 template <class IsKept>
 void remove_files(const std::filesystem::path& directory, IsKept&& is_kept)
 {
@@ -70,18 +70,19 @@ void require_writable(const OutputInput& output)
     std::error_code none;
     while (!std::filesystem::exists(existing, none) && existing.has_relative_path()) existing = existing.parent_path();
     if (!std::filesystem::is_directory(existing, none))
-        output.fail("directory", fmt::format("{} cannot be made, for {} is not a directory; choose another with --output",
+        output.fail("directory", fmt::format("{} cannot be made: {} is not a directory; choose another with --output",
                                              directory.string(), existing.string()));
     if (::access(existing.c_str(), W_OK | X_OK) != 0)
-        output.fail("directory", fmt::format("{} cannot be written, for {} is not writable; choose another with --output",
+        output.fail("directory", fmt::format("{} cannot be written: {} is not writable; choose another with --output",
                                              directory.string(), existing.string()));
     std::ifstream there(directory / "case.toml");
     std::string line;
     std::getline(there, line);
     if (there.is_open() && !line.starts_with(kResolvedHeader))
-        output.fail("directory",
-                    fmt::format("{} holds a case.toml that no run has written, and would lose it; choose another with --output",
-                                directory.string()));
+        output.fail(
+            "directory",
+            fmt::format("{} holds a case.toml that was not written by a run and would be lost; choose another with --output",
+                        directory.string()));
 }
 
 template <int D>
@@ -105,7 +106,7 @@ Writer<D>::Writer(const CaseInput& input, const Model<D>& model, const Written& 
       resumed_at_(written.step),
       last_frame_(written.frames.empty() ? 0.0 : written.frames.back())
 {
-    if (has_results(directory_)) {  // require_writable has seen that they are ours
+    if (has_results(directory_)) {  // require_writable has checked that a run wrote them
         go_on_with_files();
     } else {
         written_.frames.clear();
@@ -151,10 +152,10 @@ void Writer<D>::start_files()
         }
         probes_[k].file = LineFile(directory_ / probe_file(input_.probes[k]), header + ",density");
     }
-    write_resolved_case();  // last: it says that the others are there
+    write_resolved_case();  // last: it marks that the others exist
 }
 
-/// Whatever moment a run is killed at here, the lists name files that are there, and it can be restarted again.
+/// If the run is killed here at any moment, the lists name existing files only, and it can be restarted again.
 template <int D>
 void Writer<D>::go_on_with_files()
 {
@@ -165,7 +166,7 @@ void Writer<D>::go_on_with_files()
     for (std::size_t k = 0; k < written_.frames.size(); ++k) kept.push_back(frame_file("particles", k));
     for (const int k : written_.grid_frames) kept.push_back(frame_file("grid", k));
 
-    std::set<std::int64_t, std::greater<>> later;  // the last first: each needs the files that go after it
+    std::set<std::int64_t, std::greater<>> later;  // newest first: each needs files that are removed after it
     for (const auto& entry : std::filesystem::directory_iterator(directory_))
         if (const auto step = step_of_checkpoint(entry.path().filename().string()); step && *step > written_.step)
             later.insert(*step);

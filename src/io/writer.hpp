@@ -17,14 +17,14 @@ namespace ordo::io {
 /// Throws InputError when the output directory cannot be used; writes nothing.
 void require_writable(const OutputInput& output);
 
-/// Writes the rows and frames that are due, and those of the start, the end and a failure.
+/// Writes rows and frames when they are due, at the start, at the end and after a failure.
 template <int D>
 class Writer : public Observer<D> {
   public:
     /// Creates the directory, removes the files of an earlier run in it, writes the resolved case and the headers.
     Writer(const CaseInput& input, const Model<D>& model, const Particles<D>& particles);
-    /// Goes on with the files of an interrupted run, cut back to what `written` says of them; require_files has found them. Where
-    /// the directory has none, starts them.
+    /// Continues the files of an interrupted run, cut back to the lengths in `written`; require_files has checked them. Starts new
+    /// files if the directory has none.
     Writer(const CaseInput& input, const Model<D>& model, const Written& written);
 
     void started(Simulation<D>& sim) override;
@@ -32,7 +32,7 @@ class Writer : public Observer<D> {
     void failed(Simulation<D>& sim, const NumericalError&) override;
     void ended(Simulation<D>& sim) override;
 
-    /// Tables have all their rows in their files then.
+    /// Also writes all pending rows to the tables.
     Written written();
     std::size_t frame_count() const { return written_.frames.size(); }
     const std::filesystem::path& directory() const { return directory_; }
@@ -49,7 +49,7 @@ class Writer : public Observer<D> {
     /// Writes particles (and grid), the PVD, and from time to time the tables, unless this step has a frame.
     void frame(State<D>& s);
     void last_frame(State<D>& s);
-    /// Else a restart has no nodes and no projection to write of.
+    /// Before the first step after a restart there are no nodes and no projection to write.
     bool has_stepped(const State<D>& s) const { return !resumed_at_ || s.n > *resumed_at_; }
     void start_files();
     void go_on_with_files();

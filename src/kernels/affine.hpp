@@ -1,4 +1,4 @@
-// Particles whose velocity is a field beside them: linear with a matrix L_p (gradient-enhanced, affine), or a polynomial.
+// Particles that carry a velocity field: linear with a matrix L_p (gradient-enhanced, affine), or a polynomial.
 #pragma once
 
 #include "kernels/gather.hpp"
@@ -8,7 +8,7 @@
 
 namespace ordo {
 
-/// m_i and (m v)_i of particles whose velocity beside them is v_p + L_p (x_i - x_p), from shapes with Arms for slopes.
+/// m_i and (m v)_i of particles whose velocity at x_i is v_p + L_p (x_i - x_p), for shapes that have Arms as slopes.
 template <int D>
 struct AffineMomentum {
     static constexpr bool has_flux = true;
@@ -23,8 +23,9 @@ struct AffineMomentum {
     }
 };
 
-/// The plain form for any shape: m_i = sum_p phi_ip m_p and (m v)_i = sum_p phi_ip m_p (v_p + L_p (x_i - x_p)). Nodes of splines are
-/// at their Greville points. L_p is the velocity gradient in Wallstedt & Guilkey (2007), the affine matrix in Jiang et al. (2015).
+/// The plain form for any shape: m_i = sum_p phi_ip m_p and (m v)_i = sum_p phi_ip m_p (v_p + L_p (x_i - x_p)). Nodes of splines
+/// are at their Greville points. L_p is the velocity gradient in Wallstedt & Guilkey (2007), the affine matrix in Jiang et al.
+/// (2015).
 template <Shape S>
 void project_affine(const Sweep<S::dim>& sweep, int begin, int end)
 {
@@ -65,7 +66,7 @@ void keep_affine(const Sweep<S::dim>& sweep, int begin, int end, TileReport&)
     }
 }
 
-/// L_p becomes the velocity gradient sum_i v_i (x) grad phi_ip; with AffineSlopes it is the affine matrix.
+/// Sets L_p to the velocity gradient sum_i v_i (x) grad phi_ip; with AffineSlopes it is the affine matrix.
 template <Shape S>
 void keep_gradient(const Sweep<S::dim>& sweep, int begin, int end, TileReport&)
 {
@@ -79,10 +80,9 @@ void keep_gradient(const Sweep<S::dim>& sweep, int begin, int end, TileReport&)
     }
 }
 
-/// The orthogonal polynomials of a particle's nodes, times their weights, along each axis: w_k P_n(x_k), and norms
-/// sum_k w_k P_n(x_k)^2. Those of degree 0..r are orthogonal in the weights there: 1, z, and z^2 - alpha z - beta with
-/// z = (x_k - x_p)/h; their products over the axes are then orthogonal too (Fu et al. 2017, sec. 4). Modes are products, those of the
-/// first axis follow one another.
+/// Polynomials along each axis that are orthogonal in the weights of a particle's nodes: w_k P_n(x_k), and norms
+/// sum_k w_k P_n(x_k)^2. P_n is 1, z or z^2 - alpha z - beta with z = (x_k - x_p)/h. Modes are their products over the axes,
+/// which are orthogonal too (Fu et al. 2017, sec. 4), numbered with the first axis fastest.
 template <int D, class Basis, int degree>
 struct ModeRows {
     static constexpr int count = degree + 1, W = Basis::width, modes = power_of(count, D);
@@ -148,7 +148,7 @@ ORDO_FLAT inline void collect_modes(const ModeRows<D, Basis, degree>& rows, cons
     }
 }
 
-/// m_i and (m v)_i of the particles' polynomials.
+/// Adds m_i and (m v)_i of the particles' polynomials.
 template <int D, class Basis, int degree>
 void project_modes(const Sweep<D>& sweep, int begin, int end)
 {
@@ -164,7 +164,7 @@ void project_modes(const Sweep<D>& sweep, int begin, int end)
     }
 }
 
-/// The polynomials of the nodes' velocities around each particle, c_n = sum_i w_i P_n v_i / sum_i w_i P_n^2.
+/// Fits a polynomial to the nodal velocities around each particle, c_n = sum_i w_i P_n v_i / sum_i w_i P_n^2.
 template <int D, class Basis, int degree>
 void keep_modes(const Sweep<D>& sweep, int begin, int end, TileReport&)
 {

@@ -1,5 +1,5 @@
 // Fields of cells from particles, for the quadratures: least squares at the centre (IMPM) or Taylor least squares in the cell
-// (TLS), and the quadrature points that carry them. These are particles of domain `point` to every pass that follows.
+// (TLS), and the quadrature points that carry them. The following passes treat these points as particles of domain `point`.
 #pragma once
 
 #include "kernels/moment_windows.hpp"
@@ -9,20 +9,20 @@
 
 namespace ordo {
 
-/// What is reconstructed: density, its product with the velocity where points are to have velocities, stress, and, last, body
-/// force per mass, which is left out of sums where there is none.
+/// The reconstructed fields: density, momentum density if points have velocities, stress, and last the body force per mass,
+/// which sums leave out if there is none.
 template <int D, bool has_velocity>
 struct CellFields {
     static constexpr int density = 0, momentum = 1, stress = has_velocity ? 1 + D : 1, body_force = stress + D * (D + 1) / 2;
     static constexpr int count = body_force + D;
 
-    /// The fields that there are.
+    /// The number of fields in use.
     ORDO_FLAT static int used(const ParticleView<D>& p) { return p.b ? count : body_force; }
 
     template <int degree>
     using Record = Moments<D, degree, count>;
 
-    /// Their values at particle i.
+    /// The values at particle i.
     ORDO_FLAT static void get(const ParticleView<D>& p, int i, double (&u)[count])
     {
         u[density] = p.m[i] / p.V[i];
@@ -35,7 +35,7 @@ struct CellFields {
     }
 };
 
-/// What lies in a cell, in the lanes of a node: momentum, mass and volume V of the particles inside, and sum V x.
+/// The content of a cell, in the lanes of a node: momentum, mass and volume V of the particles inside, and sum V x.
 struct CellContent {
     static constexpr int moment = NodeLane::increment;
 };
@@ -48,7 +48,7 @@ ORDO_FLAT inline int cell_along(const Lattice<D>& g, int a, double y)
     return g.periodic[a] ? cell : smaller(cell, g.margin + g.cells[a] - 1);
 }
 
-/// Adds particle i to the contents of its cell, which it returns with the distance from the centre, in cells.
+/// Adds particle i to the content of its cell. Returns the cell, and sets the distance from its centre, in cells.
 template <int D>
 ORDO_FLAT inline std::ptrdiff_t add_content(const Sweep<D>& s, int i, Lanes* contents, Vec<D>& distance)
 {
@@ -66,8 +66,8 @@ ORDO_FLAT inline std::ptrdiff_t add_content(const Sweep<D>& s, int i, Lanes* con
     return cell;
 }
 
-/// Adds particles [begin, end) to the contents and to the records of their cells for Taylor least squares: on a face to those
-/// of one cell too.
+/// Adds particles [begin, end) to the contents and records of their cells, for Taylor least squares. A particle on a face
+/// belongs to one cell.
 template <int D, int degree>
 void spread_gauss_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* records, int begin, int end)
 {
@@ -83,7 +83,8 @@ void spread_gauss_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* records, 
     }
 }
 
-/// The same to the contents of their cells and to the records of the cells within the support of quadratic weights.
+/// Adds particles [begin, end) to the contents of their cells and to the records of all cells in the support of quadratic
+/// weights.
 template <int D, int degree>
 void spread_one_point_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* records, int begin, int end)
 {
@@ -91,7 +92,7 @@ void spread_one_point_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* recor
     const Sweep<D> s = sweep;
     Vec<D> distance{};
     for (int i = begin; i < end; ++i) add_content(s, i, contents, distance);
-    thread_local MomentWindows<D, degree, F::count, CellCenters, 3> windows;  // for its memory
+    thread_local MomentWindows<D, degree, F::count, CellCenters, 3> windows;  // keeps its memory
     for (int first = begin; first < end; first += Batch::size) {
         const Batch b   = Batch::of(first, end);
         Vec<D, Lanes> y = load(s.p.x, b);
@@ -107,7 +108,7 @@ void spread_one_point_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* recor
     windows.spread(s.lattice, records, F::used(s.p));
 }
 
-/// Sets x, m, v, V, sigma and b of point k from values of the fields there.
+/// Sets x, m, v, V, sigma and b of point k from the values u of the fields.
 template <int D, bool has_velocity>
 ORDO_FLAT inline void set_point(const ParticleView<D>& q, int k, const Vec<D>& x, double V,
                                 const double (&u)[CellFields<D, has_velocity>::count])
@@ -124,8 +125,8 @@ ORDO_FLAT inline void set_point(const ParticleView<D>& q, int k, const Vec<D>& x
     }
 }
 
-/// The one point of a cell, at a distance from its centre in cells: least squares, degree 0 where the samples do not
-/// determine more (IMPM, Gong 2015, 5.7 and 5.8) or where the density would not be positive. Velocities are left to the
+/// Sets the one point of a cell, at a distance from its centre in cells, by least squares; of degree 0 if the samples do not
+/// determine more (IMPM, Gong 2015, 5.7 and 5.8) or if the density would not be positive. Velocities are left to the
 /// projection.
 template <int D, int degree>
 void set_cell_point(const Lanes* record, const Vec<D>& distance, const Vec<D>& x, double V, const ParticleView<D>& q, int k,
@@ -149,10 +150,10 @@ void set_cell_point(const Lanes* record, const Vec<D>& distance, const Vec<D>& x
     set_point<D, false>(q, k, x, V, u);
 }
 
-/// The Gauss points k, k + 1, ... of a cell: density and momentum that keep the mass and momentum inside, stress and body
-/// force by plain least squares (Wobbes et al. 2020, sec. 3). V is the volume that they share, and over which mass and
-/// momentum are spread. Where the density would fall below a tenth of its mean both are constant;
-/// at an edge, where the samples do not surround the cell, all fields are.
+/// Sets the Gauss points k, k + 1, ... of a cell: density and momentum conserve the mass and momentum inside, stress and body
+/// force are plain least squares (Wobbes et al. 2020, sec. 3). V is the volume that the points share and over which mass and
+/// momentum are spread. Density and momentum are constant if the density would fall below a tenth of its mean. At an edge,
+/// where samples do not surround the cell, all fields are constant.
 template <int D, int degree>
 void set_gauss_points(const Lanes* record, const Lanes& content, const Vec<D>& center, const Vec<D>& h, double V, bool is_edge,
                       const ParticleView<D>& q, int k, long& dropped)

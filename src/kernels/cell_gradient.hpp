@@ -1,6 +1,6 @@
 // Gradient `adjoint`: velocity gradients at the centres of cells, and their interpolation to particles by quadratic splines,
-// L_p = sum_c w((x_p - x_c)/h) L_c. That is the adjoint of spreading stresses to the centres with the same weights; a map of
-// stress and a gradient that are not adjoint make IMPM lose its order (docs/design.md).
+// L_p = sum_c w((x_p - x_c)/h) L_c. This is the adjoint of spreading stresses to the centres with the same weights. IMPM loses
+// its order if the maps of stress and gradient are not adjoint (docs/design.md).
 #pragma once
 
 #include "kernels/ldl.hpp"
@@ -10,12 +10,12 @@
 
 namespace ordo {
 
-/// The gradient at the centre of a cell, row by row, and how it is known. Record k of the lattice is that of the cell
-/// between nodes k and k + 1 of each axis.
+/// The gradient at the centre of a cell, row by row, and its origin. Record k of the lattice belongs to the cell between
+/// nodes k and k + 1 along each axis.
 template <int D>
 struct CellGradient {
     static constexpr int size  = D == 3 ? 2 : 1;          ///< Lanes of a record
-    static constexpr double no = 0, yes = 1, filled = 2;  ///< not at all; from its own nodes; from cells nearby
+    static constexpr double no = 0, yes = 1, filled = 2;  ///< unknown; from its own nodes; from cells nearby
 
     ORDO_FLAT static double& at(Lanes* record, int a, int b) { return record[(a * D + b) / 8][(a * D + b) % 8]; }
     ORDO_FLAT static double get(const Lanes* record, int a, int b) { return record[(a * D + b) / 8][(a * D + b) % 8]; }
@@ -23,7 +23,7 @@ struct CellGradient {
     ORDO_FLAT static double get_known(const Lanes* record) { return record[size - 1][7]; }
 };
 
-/// L at particle i; false where a cell around it is not known.
+/// L at particle i; returns false if a cell around it has no gradient.
 template <int D>
 ORDO_HD ORDO_CALL bool interpolate_gradient(const Sweep<D>& s, int i, Mat<D>& L)
 {
@@ -49,7 +49,7 @@ ORDO_HD ORDO_CALL bool interpolate_gradient(const Sweep<D>& s, int i, Mat<D>& L)
     return true;
 }
 
-/// The gradient at the centre of cell `at` from its nodes; not known where one of them has no mass or `is_there` says no.
+/// The gradient at the centre of cell `at` from its nodes; unknown if a node has no mass or `is_there(node)` is false.
 template <int D, class Basis, class IsThere>
 void gradient_at_center(const Lattice<D>& g, const Lanes* nodes, const Index<D>& at, IsThere&& is_there, Lanes* record)
 {
@@ -78,8 +78,8 @@ void gradient_at_center(const Lattice<D>& g, const Lanes* nodes, const Index<D>&
     C::known(record) = C::yes;
 }
 
-/// The gradient of a cell whose own nodes do not give it: least squares of degree 1 of the known cells around it, weighted by
-/// cubic splines of support 3h; not known where these do not determine a linear field.
+/// The gradient of a cell that its own nodes do not determine: least squares of degree 1 of the known cells around it, weighted
+/// by cubic splines of support 3h. It stays unknown if these do not determine a linear field.
 template <int D, class Get>
 void fill_gradient(const Index<D>& cell, const Get& known_record, Lanes* record)
 {

@@ -1,4 +1,4 @@
-// How domains follow the deformation: the axis on which uGIMP and cpGIMP, CPDI1 and CPDI2 differ.
+// How domains follow the deformation: the difference between uGIMP and cpGIMP, and between CPDI1 and CPDI2.
 #pragma once
 
 #include "kernels/sweep.hpp"
@@ -24,22 +24,22 @@ struct StretchedBox {
     }
 };
 
-/// Half-edge vectors r = F r0 (CPDI1), Gong (2015) sec. 6.4. Where a corner would be further away than the limit, all of
-/// them are scaled: Homel, Brannon & Guilkey (2016).
+/// Half-edge vectors r = F r0 (CPDI1), Gong (2015) sec. 6.4. If a corner would be further away than the limit, all edges
+/// are scaled down (Homel, Brannon & Guilkey 2016).
 template <int D>
 struct AffineEdges {
     ORDO_FLAT static void apply(const Sweep<D>& s, const Batch& b)
     {
         Mat<D, Lanes> r = load(s.p.F, b) * load(s.p.edges0, b);
         if (s.stretch_limit > 0) {
-            constexpr double within = 1 - 1e-15;  // round-off must not lift the limit above the largest reach there is
+            constexpr double within = 1 - 1e-15;  // round-off must not raise the reach above the largest one allowed
             r *= smaller(Lanes(1.0), Lanes(within * s.stretch_limit) / corner_reach(s.lattice, r));
         }
         store(s.p.edges, b, r);
     }
 };
 
-/// Particles that follow the corners of their cells: place and volume.
+/// Particles whose position and volume follow the corners of their cells.
 template <class S>
 struct OfCorners {
     ORDO_FLAT static void apply(const Sweep<S::dim>& s, const Batch& b)

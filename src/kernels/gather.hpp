@@ -1,4 +1,4 @@
-// Nodes to particles: velocity update, deformation and motion, fused at will in one sweep over the particles.
+// Nodes to particles: velocity update, deformation and motion, in any combination in one sweep over the particles.
 #pragma once
 
 #include "kernels/cell_gradient.hpp"
@@ -11,14 +11,14 @@
 
 namespace ordo {
 
-/// What a gather does. Shape functions are those of x^n in every pass: only `move`, the last one, changes x and domains.
+/// What a gather does. All passes use the shape functions at x^n: only the last, `move`, changes x and domains.
 enum GatherPart : unsigned {
-    kUpdateVelocity = 1u,  ///< v_p += sum phi dv_i (FLIP), or a part of it (PIC)
+    kUpdateVelocity = 1u,  ///< v_p += sum phi dv_i (FLIP), blended with sum phi v_i (PIC)
     kDeform         = 2u,  ///< F_p = (I + dt L_p) F_p; V_p = J V0; the stress follows, see stress.hpp
-    kMove           = 4u,  ///< x_p += dt sum phi v_i; the domain follows F_p. Cells move otherwise, see move_corners
+    kMove           = 4u,  ///< x_p += dt sum phi v_i; the domain follows F_p. For cells see move_corners
 };
 
-/// L from the gradients of the lanes of a node.
+/// L from the gradients of the node lanes.
 template <int D>
 ORDO_FLAT inline Mat<D> velocity_gradient(const Quad (&gradient)[D])
 {
@@ -29,14 +29,14 @@ ORDO_FLAT inline Mat<D> velocity_gradient(const Quad (&gradient)[D])
 }
 
 /// The displacement gradient of a step with respect to its start, from dt L with respect to its end: the step back is
-/// I - dt L. Taking dt L itself would be first order. (I - dt L)^-1 - I, written so that small steps do not cancel.
+/// I - dt L, so this is (I - dt L)^-1 - I, written without cancellation for small steps. dt L itself would be first order.
 template <int D, class T>
 ORDO_FLAT inline Mat<D, T> from_start(const Mat<D, T>& dtL)
 {
     return inverse(Mat<D, T>::identity() - dtL) * dtL;
 }
 
-/// What the particles of a batch take from the nodes: velocity and its increment, and gradients of the velocity.
+/// Nodal fields at the particles of a batch: velocity, its increment and velocity gradient.
 template <int D>
 struct FromNodes {
     Lanes value[Batch::size];       ///< of particle k
@@ -68,7 +68,7 @@ struct FromNodes {
     }
 };
 
-/// Values of a batch and, where wanted, gradients.
+/// Values of a batch and, with `has_gradient`, gradients.
 template <Shape S, bool has_gradient>
 ORDO_FLAT inline void collect(const Sweep<S::dim>& s, const Batch& b, FromNodes<S::dim>& nodes)
 {
@@ -84,7 +84,7 @@ ORDO_FLAT inline void collect(const Sweep<S::dim>& s, const Batch& b, FromNodes<
         for (int d = 0; d < D; ++d) nodes.gradient[k][d] = gradient[d];
     });
 }
-/// The same with the gradients of cells, where these have any.
+/// The same with the gradients of cells where they are known.
 template <Shape S>
 ORDO_CALL void collect_in_cells(const Sweep<S::dim>& s, const Batch& b, FromNodes<S::dim>& nodes, bool has_value)
 {
@@ -104,7 +104,7 @@ ORDO_CALL void collect_in_cells(const Sweep<S::dim>& s, const Batch& b, FromNode
     });
 }
 
-/// Flags fault(k) where lane k of `sound` is negative or no number.
+/// Flags fault(k) if lane k of `sound` is negative or NaN.
 template <class WhichFault>
 ORDO_FLAT inline void report_lanes(const Lanes& sound, const Batch& b, TileReport& report, WhichFault&& fault)
 {
@@ -113,8 +113,8 @@ ORDO_FLAT inline void report_lanes(const Lanes& sound, const Batch& b, TileRepor
         if (!(sound[k] >= 0)) report.flag(fault(k), b.first + k);
 }
 
-/// F and V of a batch from dt L, the displacement gradient of the step with respect to its start. The stress follows, see
-/// stress.hpp.
+/// F and V of a batch from dt L, the displacement gradient of the step with respect to its start. Stresses are updated later,
+/// see stress.hpp.
 template <int D>
 ORDO_FLAT inline void deform(const Sweep<D>& s, const Batch& b, const Mat<D, Lanes>& dtL, TileReport& report)
 {
@@ -128,7 +128,7 @@ ORDO_FLAT inline void deform(const Sweep<D>& s, const Batch& b, const Mat<D, Lan
     report_lanes(sound, b, report, [&](int k) { return J[k] <= 0 ? Fault::inverted : Fault::not_finite; });
 }
 
-/// The particles of a batch are at x from now on: notes how far they went and whether they are still in the grid.
+/// Moves the particles of a batch to x; records how far they moved and whether they are still in the grid.
 template <int D>
 ORDO_FLAT inline void place(const Sweep<D>& s, const Batch& b, const Vec<D, Lanes>& x, Lanes& move, TileReport& report)
 {
@@ -142,11 +142,11 @@ ORDO_FLAT inline void place(const Sweep<D>& s, const Batch& b, const Vec<D, Lane
         outside       = larger(outside, larger(-y, y - Lanes(s.lattice.cells[a])));
     }
     store(s.p.x, b, x);
-    const Lanes sound = 0.0 * sum - outside;  // not a number where x is none
+    const Lanes sound = 0.0 * sum - outside;  // NaN where x is not finite
     report_lanes(sound, b, report, [&](int k) { return std::isfinite(sum[k]) ? Fault::left_grid : Fault::not_finite; });
 }
 
-/// Notes how far the domains of a batch reach.
+/// Records how far the domains of a batch reach.
 template <Shape S, int D>
 ORDO_FLAT inline void measure_reach(const Sweep<D>& s, const Batch& b, Lanes& furthest, TileReport& report)
 {
@@ -156,7 +156,7 @@ ORDO_FLAT inline void measure_reach(const Sweep<D>& s, const Batch& b, Lanes& fu
                  [&](int k) { return std::isnan(reach[k]) ? Fault::domain_turned : Fault::domain_too_wide; });
 }
 
-/// The gather of particles [begin, end). Evolution is how the domain follows F, where particles move.
+/// Gathers for particles [begin, end). `Evolution` is how the domain follows F; void where particles do not move.
 template <Shape S, class Evolution, unsigned parts, bool has_cell_gradients = true>
 void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
 {
@@ -168,7 +168,7 @@ void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
     for (int first = begin; first < end; first += Batch::size) {
         const Batch b = Batch::of(first, end);
         FromNodes<D> nodes;
-        if (!b.is_full()) nodes = {};  // spare lanes must not be anything
+        if (!b.is_full()) nodes = {};  // spare lanes must be defined
         bool is_collected = false;
         if constexpr (has_gradient && has_cell_gradients)
             if ((is_collected = s.gradients)) collect_in_cells<S>(s, b, nodes, has_value);
@@ -198,8 +198,8 @@ void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
     out          = report;
 }
 
-/// Shared corners [begin, end) move with the nodes: x_c += dt sum N_i(x_c) v_i; velocities of samples as those of particles.
-/// An enriched corner is a node.
+/// Shared corners [begin, end) move with the nodes: x_c += dt sum N_i(x_c) v_i. Their velocities, if they are samples, are
+/// updated like those of particles. An enriched corner moves with its own node.
 template <int D, class Basis, bool is_enriched>
 void move_corners(const Sweep<D>& sweep, std::ptrdiff_t begin, std::ptrdiff_t end)
 {
@@ -220,7 +220,7 @@ void move_corners(const Sweep<D>& sweep, std::ptrdiff_t begin, std::ptrdiff_t en
     }
 }
 
-/// Particles [begin, end) follow their corners, which have moved: x_p is the centroid of the cell, V_p its volume.
+/// Sets particles [begin, end) after their corners have moved: x_p is the centroid of the cell, V_p its volume.
 template <Shape S>
 void follow_corners(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
 {

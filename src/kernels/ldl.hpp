@@ -1,13 +1,13 @@
-// The small symmetric systems of least squares: LDL^T that drops the pivots which the samples do not determine.
+// Small symmetric systems of least squares: LDL^T that drops pivots which the samples do not determine.
 #pragma once
 
 #include "base/vec.hpp"
 
 namespace ordo {
 
-/// L D L^T = M for a positive semi-definite M of N unknowns. Pivot j is dropped, with its column of L, where
-/// D_j <= tolerance M_jj, or where it may be round-off of what small pivots before it were made of, D_j <= 1e-14 L_jk^2 M_kk of any
-/// k: unknown j is then zero and the others are the least-squares fit without it.
+/// L D L^T = M for a positive semi-definite M of N unknowns. Pivot j is dropped, with its column of L, if D_j <= tolerance M_jj,
+/// or if D_j <= 1e-14 L_jk^2 M_kk for any k, which round-off may leave of it after a small pivot k. Unknown j is then zero and
+/// the others are the least-squares fit without it.
 ///
 /// With M the moments of monomials this is the improved moving least squares of Tran et al. (2019, sec. 2.4): the rows of
 /// L^-1 are the orthogonalised monomials, D_j = <p_j, p_j>, and a p_j with <p_j, p_j> = 0 is left out.
@@ -28,7 +28,7 @@ struct Ldl {
                 d -= L[j][k] * L[j][k] * D[k];
                 noise = larger(noise, round_off * L[j][k] * L[j][k] * M[k][k]);
             }
-            const bool is_dropped = d <= noise;  // not where it is not a number
+            const bool is_dropped = d <= noise;  // false for NaN
             D[j]                  = is_dropped ? 0.0 : d;
             dropped += is_dropped;
             for (int i = j + 1; i < N; ++i) {
@@ -49,7 +49,7 @@ struct Ldl {
             for (int k = i + 1; k < N; ++k) b[i] -= L[k][i] * b[k];
     }
 
-    /// x with L D L^T x = (1, 0, 0, ...): then x . b is the first entry of the solution for any b.
+    /// x with L D L^T x = (1, 0, 0, ...): x . b is the first entry of the solution for any b.
     ORDO_HD void first_row(double (&x)[N]) const
     {
         for (double& e : x) e = 0.0;

@@ -1,5 +1,5 @@
-// The consistent mass matrix as rows of a lattice stencil, formed once a step: its product costs a pass over nodes instead of
-// two visits of every particle to its nodes. For domains of which each particle has W nodes an axis.
+// The consistent mass matrix as rows of a lattice stencil, formed once a step: a product costs a pass over nodes instead of
+// two visits of every particle to its nodes. For domains with W nodes per axis and particle.
 #pragma once
 
 #include "grid/node_rows.hpp"
@@ -11,8 +11,8 @@
 
 namespace ordo {
 
-/// The neighbours j - i of a row i, along each axis -reach to reach, in lines along the first axis. Only half of the symmetric
-/// matrix is stored: the row's own line from the diagonal on, and the `lines` that come after it.
+/// The neighbours j - i of a row i, from -reach to reach along each axis, in lines along the first axis. Only half of the
+/// symmetric matrix is stored: the row's own line from the diagonal on, and the `lines` after it.
 template <int D, int W>
 struct HalfRow {
     static constexpr int reach = W - 1;
@@ -20,7 +20,7 @@ struct HalfRow {
     static constexpr int lines = (power_of(width, D - 1) - 1) / 2;
     static constexpr int size  = lines * width + W;
 
-    /// The place of a line from that of the row's own; lines count from 1.
+    /// The place of a line relative to the row's own line; lines count from 1.
     ORDO_FLAT static std::ptrdiff_t offset(const RowView<D>& rows, int line)
     {
         std::ptrdiff_t r = 0;
@@ -30,8 +30,7 @@ struct HalfRow {
     }
 };
 
-/// The sums of m_p phi_ip phi_jp over particles in a row, as long as they have the same nodes: nodes that all of them share are
-/// written to once.
+/// The sums of m_p phi_ip phi_jp over consecutive particles with the same nodes, so that shared nodes are written to once.
 template <int D, int W>
 class CellMatrix {
   public:
@@ -67,7 +66,7 @@ class CellMatrix {
   private:
     static constexpr int vectors = (nodes + 7) / 8;
 
-    /// Of the row of the first node; differences are those of any row.
+    /// The entry for node i in the row of the first node; differences of entries are the same in any row.
     static constexpr int entry(int i)
     {
         int r = 0;
@@ -84,7 +83,7 @@ class CellMatrix {
     Lanes M_[nodes][vectors] = {};
 };
 
-/// Adds particles [begin, end), of domain `point`, to the matrix. Their nodes are those of a scatter, so that tiles of one
+/// Adds particles [begin, end), of domain `point`, to the matrix. They write to the same nodes as a scatter, so tiles of one
 /// colour share no row.
 template <int D, class Basis>
 void form_mass_rows(const Sweep<D>& sweep, const RowView<D>& rows, double* entries, int begin, int end)
@@ -118,7 +117,7 @@ void multiply_mass_rows(const RowView<D>& rows, const double* entries, const Lan
     for (int row = begin; row < end; ++row) {
         const double* a     = entries + static_cast<std::ptrdiff_t>(row) * H::size;
         const int* own      = rows.row_of + rows.places[row];
-        Lanes sum[H::width] = {};  // one chain of multiply-adds would wait for itself
+        Lanes sum[H::width] = {};  // several sums: a single chain of multiply-adds would be bound by latency
         sum[0]              = from[row] * a[0];
         for (int d = 1; d <= reach; ++d) {
             const int before = own[-d];
@@ -138,9 +137,9 @@ void multiply_mass_rows(const RowView<D>& rows, const double* entries, const Lan
     }
 }
 
-/// T of rows [begin, end) along each axis a: the sums over the other axes of the entries whose neighbours are d = 0 to reach
-/// nodes further, T[(row D + a) W + d], over the roots of the two masses. Of a matrix that is a product over axes they are its
-/// factors. Lumped rows stand alone.
+/// T of rows [begin, end) along each axis a: entries of neighbours d = 0 to reach nodes ahead, summed over the other axes and
+/// divided by the roots of the two masses, T[(row D + a) W + d]. If the matrix is a tensor product over the axes, these are its
+/// factors. Lumped rows are not coupled.
 template <int D, int W>
 void sum_mass_rows(const RowView<D>& rows, const double* entries, const MassRowParts& parts, float* T, int begin, int end)
 {
@@ -172,14 +171,14 @@ void sum_mass_rows(const RowView<D>& rows, const double* entries, const MassRowP
     }
 }
 
-/// L of T = L L^T along a line, in place: row k then has 1/L_kk and L_k+d,k. Of a matrix that is no product over axes T may be
-/// indefinite: pivots are raised to a part of T_kk below every eigenvalue of a line of splines (0.05 for cubic ones).
+/// L of T = L L^T along a line, in place: row k then has 1/L_kk and L_k+d,k. T may be indefinite if the matrix is not a tensor
+/// product: pivots are raised to a fraction of T_kk below every eigenvalue of a line of splines (0.05 for cubic ones).
 template <int D, int W>
 void factor_line(const int* line, int count, int axis, float* T)
 {
-    constexpr double smallest = 0.02;  // a row without entries stands alone
-    double next[W][W]         = {};    // columns k to k + reach of what is left of T
-    double whole[W]           = {};    // their T_kk
+    constexpr double smallest = 0.02;
+    double next[W][W]         = {};  // columns k to k + reach of what is left of T
+    double whole[W]           = {};  // their T_kk
     auto load                 = [&](int column, int k) {
         const float* t = T + (static_cast<std::ptrdiff_t>(line[k]) * D + axis) * W;
         for (int d = 0; d < W; ++d) next[column][d] = k + d < count ? static_cast<double>(t[d]) : 0.0;
@@ -206,7 +205,7 @@ void factor_line(const int* line, int count, int axis, float* T)
 template <int D, int W>
 ORDO_FLAT inline void solve_forward(const int* line, int count, int axis, const float* L, Lanes* x)
 {
-    Lanes left[W] = {};  // what the rows before take from this one and the next
+    Lanes left[W] = {};  // what earlier rows subtract from this row and the next ones
     for (int k = 0; k < count; ++k) {
         const float* c = L + (static_cast<std::ptrdiff_t>(line[k]) * D + axis) * W;
         const Lanes y  = (x[line[k]] - left[0]) * static_cast<double>(c[0]);

@@ -1,7 +1,7 @@
-// Samples of many particles added to the records of their targets, window by window: the fast form of Moments::spread.
+// Adds the samples of many particles to the records of their targets, window by window: the fast form of Moments::spread.
 //
-// Samples with the same W^D targets share a window. Their moments about its middle, times the weight of each target, are sums
-// that stay in registers; the shift from the middle to the targets and the addition to the records come once a window.
+// Samples with the same W^D targets share a window. Their moments about its middle, times the weight of each target, are summed
+// in registers; the shift from the middle to the targets and the addition to the records are done once per window.
 #pragma once
 
 #include "kernels/moments.hpp"
@@ -12,14 +12,14 @@
 
 namespace ordo {
 
-/// Gathers samples, then spreads them: for targets one cell apart that samples count W wide at.
+/// Collects samples, then spreads them to targets one cell apart, W targets per axis and sample.
 template <int D, int degree, int fields, class Places, int W>
 class MomentWindows {
     static_assert(Places::is_even);
     using M = Moments<D, degree, fields>;
 
   public:
-    /// Samples at cell coordinates y with values u, in the first `count` lanes; the others must repeat some of them.
+    /// Adds samples at cell coordinates y with values u, in the first `count` lanes; the other lanes must repeat some of them.
     ORDO_FLAT void add(const Vec<D, Lanes>& y, const Lanes (&u)[fields], int count)
     {
         if (kept_[0].size() < static_cast<std::size_t>(count_) + 8)
@@ -36,8 +36,8 @@ class MomentWindows {
         count_ += count;
     }
 
-    /// Adds all samples to the records of their targets and forgets them; fields from `used` on are left out. The sums have
-    /// one order, that of the samples.
+    /// Adds all samples to the records of their targets and forgets them; fields from `used` on are left out. Sums are in the
+    /// order of the samples.
     void spread(const Lattice<D>& g, Lanes* records, int used = fields)
     {
         if (count_ == 0) return;
@@ -65,20 +65,20 @@ class MomentWindows {
     static constexpr double middle = 0.5 * (W - 1);
     static constexpr int targets   = power_of(W, D);
     static constexpr int parts     = (targets + 7) / 8;    ///< Lanes of one number for all targets
-    static constexpr int batch     = parts > 2 ? 32 : 64;  ///< samples whose weights and numbers are kept at hand
+    static constexpr int batch     = parts > 2 ? 32 : 64;  ///< samples whose weights and numbers are prepared at once
 #if defined(__AVX512F__)
     static constexpr int wide = parts, registers = 24;
 #else
     static constexpr int wide = smaller(parts, 2), registers = 6;
 #endif
-    static constexpr int most = smaller(registers / wide, M::numbers);  ///< numbers whose sums for `wide` parts fit the registers
+    static constexpr int most = smaller(registers / wide, M::numbers);  ///< numbers whose sums for `wide` parts fit in registers
 
     using Sums = Lanes[M::size * 8][parts];
 
     ORDO_FLAT void keep(int number, const Lanes& value) { __builtin_memcpy(kept_[number].data() + count_, &value, sizeof value); }
     ORDO_FLAT double first(int a, int sample) const { return kept_[a][sample]; }
 
-    /// Finds the order by windows: the samples of window w are those from order_[begin_[w]] on.
+    /// Sorts samples by windows: those of window w are order_[begin_[w]] to order_[begin_[w + 1] - 1].
     void sort()
     {
         std::array<int, D> low, step;
@@ -105,7 +105,7 @@ class MomentWindows {
         for (int i = count_; i-- > 0;) order_[--begin_[window_[i]]] = i;
     }
 
-    /// Adds the sums of a window, which has this sample.
+    /// Adds the sums of the window of this sample to the records.
     void add_to_records(const Lattice<D>& g, Lanes* records, int sample, Sums& sums) const
     {
         shift(sums);
@@ -121,8 +121,7 @@ class MomentWindows {
             }
     }
 
-    /// sums += weight of each target times each number, over samples [begin, end) of the batch; the first of a window make new
-    /// sums.
+    /// sums += weight of each target times each number, over samples [begin, end) of the batch; sums start at zero if `are_new`.
     void add_samples(Sums& sums, bool are_new, const Lanes (&weight)[batch][parts], const double (&number)[M::numbers][batch],
                      int begin, int end) const
     {
@@ -133,8 +132,8 @@ class MomentWindows {
         }
     }
 
-    /// Weights and numbers of up to eight samples, of whatever windows, which become i, i + 1, ... of the batch; of spare ones
-    /// too.
+    /// Weights and numbers of up to eight samples of any windows, stored as i, i + 1, ... of the batch; spare ones repeat the
+    /// last.
     ORDO_FLAT void prepare(const int* sample, int count, int i, Lanes (&weight)[batch][parts],
                            double (&number)[M::numbers][batch]) const
     {
@@ -167,7 +166,7 @@ class MomentWindows {
             for (int k = 0; k < 8; ++k) weight[i + k][q] = block[k];
         }
     }
-    /// Of `count` numbers from n on and the targets of `wide` parts from q on.
+    /// The same for `count` numbers from n on and the targets of `wide` parts from q on.
     template <int count>
     ORDO_FLAT static void add_products(Sums& sums, bool are_new, int n, int q, const Lanes (&weight)[batch][parts],
                                        const double (&number)[M::numbers][batch], int begin, int end)
@@ -178,7 +177,7 @@ class MomentWindows {
 #pragma GCC unroll 8
             for (int r = 0; r < wide; ++r) sum[k][r] = are_new ? Lanes{} : sums[n + k][q + r];
         for (int i = begin; i < end; ++i) {
-            if constexpr (count < wide) {  // the fewer ones stay in registers beside the sums
+            if constexpr (count < wide) {  // the fewer factors stay in registers with the sums
                 double u[count];
 #pragma GCC unroll 8
                 for (int k = 0; k < count; ++k) u[k] = number[n + k][i];
@@ -204,8 +203,8 @@ class MomentWindows {
             for (int r = 0; r < wide; ++r) sums[n + k][q + r] = sum[k][r];
     }
 
-    /// Moments about the middle of the window become those about each target: axis by axis, m(e) -= d m(e - 1) for powers e
-    /// from the highest down to 1, 2, ..., which makes (s - d)^e of s^e.
+    /// Moments about the middle of the window become moments about each target: axis by axis, m(e) -= d m(e - 1) for powers e
+    /// from the highest down to 1, 2, ..., which turns s^e into (s - d)^e.
     ORDO_FLAT static void shift(Sums& sums)
     {
         static constexpr Steps steps;
@@ -224,7 +223,7 @@ class MomentWindows {
         }
     }
     struct Steps {
-        static constexpr int most = 1 + M::numbers * D * 2 * degree;  // each as often as its power
+        static constexpr int most = 1 + M::numbers * D * 2 * degree;  // each number changes as often as its power
 
         int count = 0;
         int axis[most]{}, to[most]{}, from[most]{};
@@ -255,8 +254,8 @@ class MomentWindows {
     /// The targets of a window, the first axis fastest.
     struct Window {
         Index<D> place[8 * parts]{};
-        int outer[8 * parts]{};                  ///< the place along the axes beyond the first, W^(D-1) of spare ones
-        alignas(64) double back[D][parts][8]{};  ///< from the targets to the middle
+        int outer[8 * parts]{};                  ///< the place along the axes after the first; W^(D-1) for spare targets
+        alignas(64) double back[D][parts][8]{};  ///< distance from the targets to the middle
 
         constexpr Window()
         {
@@ -270,12 +269,12 @@ class MomentWindows {
     };
     static constexpr Window window{};
 
-    // Of sample i: first target and place from the middle of the window along each axis, cells; values of the fields.
+    // For each sample: first target and distance from the middle of the window along each axis, cells; values of the fields.
     std::array<std::vector<double>, 2 * D + fields> kept_;
     Vec<D, Lanes> low_{}, high_{};  ///< bounds of the first targets
     int count_ = 0, used_ = 0;
     std::vector<int> window_, order_, begin_;
-    std::array<std::ptrdiff_t, targets> offset_;  ///< of the records of targets from that of the first one
+    std::array<std::ptrdiff_t, targets> offset_;  ///< of the record of each target from that of the first
 };
 
 }  // namespace ordo

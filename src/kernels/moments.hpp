@@ -5,7 +5,7 @@
 //     M = sum_s w_s p p^T      B = sum_s w_s p u_s      fit(x) = p((x - y)/h) . M^-1 B
 //
 // A record holds the entries of M, which are moments up to twice the degree, and of B. One scatter of the samples fills the
-// records of all targets, one small solve a target evaluates them; nothing is stored for pairs of sample and target.
+// records of all targets, and one small solve per target evaluates them; nothing is stored for pairs of sample and target.
 #pragma once
 
 #include "base/lanes.hpp"
@@ -18,17 +18,17 @@
 
 namespace ordo {
 
-/// The records for polynomials of a degree in D coordinates and `fields` values a sample.
+/// Records for polynomials of a degree in D coordinates and `fields` values per sample.
 template <int D, int degree, int fields>
 struct Moments {
     static constexpr int unknowns = Monomials<D, degree>::count;
-    static constexpr int products = Monomials<D, 2 * degree>::count;  ///< different entries of M
+    static constexpr int products = Monomials<D, 2 * degree>::count;  ///< distinct entries of M
     static constexpr int numbers  = products + fields * unknowns;
     static constexpr int size     = (numbers + 7) / 8;  ///< Lanes of a record
 
     using Record = Lanes[size];
 
-    /// What a sample of weight 1 at a distance from the target adds to its record.
+    /// The numbers that a sample of weight 1 at a distance from the target adds to its record.
     template <class T>
     ORDO_FLAT static void evaluate(const Vec<D, T>& distance, const T (&u)[fields], T (&number)[numbers])
     {
@@ -47,7 +47,7 @@ struct Moments {
     }
 
     /// Adds a sample at cell coordinates y to the records of all its targets; record k of the lattice starts at
-    /// records[k * size]. Each number of a record is a product of one factor an axis: weight times a power of the distance.
+    /// records[k * size]. Each number of a record is a product of one factor per axis: weight times a power of the distance.
     template <class Places, int W>
     ORDO_FLAT static void spread(const Lattice<D>& g, Lanes* records, const Vec<D>& y, const double (&u)[fields])
     {
@@ -76,7 +76,7 @@ struct Moments {
         spread_axis<D - 1, Places::is_even>(g, records + first * size, factor, count, factor[D - 1][0]);
     }
 
-    /// The matrix M, its lower half. A diagonal entry within the round-off of the sums is zero: samples on a line through the
+    /// The lower half of M. Diagonal entries within the round-off of the sums become zero: samples on a line through the
     /// target do not determine a slope across it.
     ORDO_HD static void matrix(const Lanes* record, double (&M)[unknowns][unknowns])
     {
@@ -103,7 +103,7 @@ struct Moments {
     ORDO_FLAT static double& at(Lanes* record, int k) { return record[k / 8][k % 8]; }
 
   private:
-    /// Where the products of two monomials are among the moments.
+    /// The places of products of two monomials among the moments.
     struct Products {
         int of[unknowns][unknowns]{};
 
@@ -140,8 +140,8 @@ struct Moments {
     }
     static constexpr std::array<Number, size* 8> factors = make_numbers();
 
-    /// Ones in the lanes of part q of a record whose power along axis a is e, or that are multiplied by a field; those of no
-    /// field come last.
+    /// power[a][e][q] is 1 in the lanes of part q of a record whose power along axis a is e; field[f][q] is 1 in those that are
+    /// multiplied by field f, where f = fields stands for none.
     struct Masks {
         Lanes power[D][2 * degree + 1][size]{};
         Lanes field[fields + 1][size]{};

@@ -1,4 +1,4 @@
-// Monomials of the coordinates, in the one order that all fits share.
+// Monomials of the coordinates, in the order that all fits use.
 #pragma once
 
 #include "base/config.hpp"
@@ -13,8 +13,8 @@ ORDO_HD constexpr int binomial(int n, int k)
     return r;
 }
 
-/// Monomials of D coordinates up to a degree: 1, x, y, z, x^2, x y, x z, y^2, ... That is by degree, and of one degree with
-/// the first axis first. Where samples do not determine all of them, the first ones in this order stay.
+/// Monomials of D coordinates up to a degree: 1, x, y, z, x^2, x y, x z, y^2, ..., sorted by degree, then by axis. If samples
+/// do not determine all of them, the first ones in this order are kept.
 template <int D, int degree>
 struct Monomials {
     static constexpr int count = binomial(degree + D, D);
@@ -27,7 +27,7 @@ struct Monomials {
         for (int total = 0; total <= degree; ++total) add(n, 0, total, {});
     }
 
-    /// The place of a product of powers.
+    /// The number of the monomial with these exponents.
     ORDO_HD constexpr int find(const Index<D>& e) const
     {
         for (int k = 0; k < count; ++k)
@@ -39,7 +39,7 @@ struct Monomials {
     template <class T>
     ORDO_FLAT static void evaluate(const Vec<D, T>& y, T (&p)[count])
     {
-        constexpr Monomials all;  // one of its own, for devices
+        constexpr Monomials all;  // a local copy, for devices
         T power[D][degree + 1];
         for (int a = 0; a < D; ++a) {
             power[a][0] = T(1.0);

@@ -34,7 +34,7 @@ void copy(Lanes* to, const Lanes* from, const Tiles<D>& tiles)
     });
 }
 
-/// v_i = (m v)_i / m_i where there is mass.
+/// v_i = (m v)_i / m_i at nodes with mass.
 template <int D>
 void momenta_to_velocities(Lanes* nodes, const Tiles<D>& tiles)
 {
@@ -48,11 +48,11 @@ void momenta_to_velocities(Lanes* nodes, const Tiles<D>& tiles)
     });
 }
 
-/// What `kick` finds in a node: velocity and force, momentum and force, or velocity and acceleration.
+/// What nodes hold before `kick`: velocity and force, momentum and force, or velocity and acceleration.
 enum class NodeState { velocity, momentum, solved };
 
-/// a_i = f_i/m_i + g; the increment dt a_i replaces the force, or the acceleration; v_i += dt a_i, from (m v)_i/m_i where
-/// nodes hold momenta.
+/// a_i = f_i/m_i + g. The increment dt a_i replaces the force or acceleration, and v_i += dt a_i. If nodes hold momenta,
+/// v_i = (m v)_i/m_i first.
 template <int D>
 void kick(Lanes* nodes, const Tiles<D>& tiles, const Vec<D>& gravity, double dt, NodeState state)
 {

@@ -1,5 +1,5 @@
-// The stress update: from F and the displacement gradient of the step, which a gather has left, to stress and history. One pass
-// a law, over the particles that have it.
+// The stress update: stress and history from F and the displacement gradient of the step, which a gather has left. One pass
+// per law, over the particles that have it.
 #pragma once
 
 #include "kernels/gather.hpp"
@@ -9,7 +9,7 @@
 
 namespace ordo {
 
-/// The pass of a law: particles [begin, end) whose material has it. `columns` are the places of its history columns.
+/// The pass of a law, for those particles of [begin, end) whose material has it. `columns` are the numbers of its history columns.
 template <int D>
 using StressPass = void (*)(const Sweep<D>&, const LawRow& law, const int* columns, int begin, int end, TileReport&);
 
@@ -17,7 +17,7 @@ using StressPass = void (*)(const Sweep<D>&, const LawRow& law, const int* colum
 template <int D>
 StressPass<D> find_stress_pass(const LawRow& law);
 
-/// Particles of one material, up to eight, from `first` on.
+/// Up to eight particles of one material, from `first` on.
 ORDO_FLAT inline Batch batch_of_material(const std::int32_t* material, int first, int end)
 {
     const Batch b = Batch::of(first, end);
@@ -45,7 +45,7 @@ void update_stress(const Sweep<D>& sweep, const LawRow& row, const int* columns,
             sigma = law.cauchy(F);
         } else {
             const Mat<D, Lanes> G = load(s.increments, Batch{b.first - s.increment_first, b.count});
-            Lanes history[columns_of_law + 1];  // C++ has no arrays of none
+            Lanes history[columns_of_law + 1];  // C++ has no arrays of length 0
             for (int k = 0; k < columns_of_law; ++k) history[k] = load(s.p.history[columns[k]].data(), b);
             sigma = law.update(Step<D, Lanes>{F, G, s.dt}, load(s.p.sigma, b), history);
             for (int k = 0; k < columns_of_law; ++k) store(s.p.history[columns[k]].data(), b, history[k]);

@@ -1,4 +1,4 @@
-// What every particle pass gets: views and numbers, trivially copyable, no owners.
+// The arguments of every particle pass: views and numbers, trivially copyable, no owners.
 #pragma once
 
 #include "grid/lattice.hpp"
@@ -15,24 +15,24 @@ struct Sweep {
     const Material* materials;
     double dt;                         ///< of positions and deformation, s
     double pic;                        ///< PIC fraction of the velocity update, 0..1
-    double stretch_limit;              ///< of parallelepipeds, cells; 0 is none
+    double stretch_limit;              ///< of parallelepipeds, cells; 0 means no limit
     bool keeps_gradient    = false;    ///< L_p is stored
-    const Lanes* gradients = nullptr;  ///< at the centres of cells, see cell_gradient.hpp; null where particles use their own
-    /// Where a gather leaves the displacement gradients of the step for the stress update, those of particle `increment_first`
-    /// first; null where no law asks for them.
+    const Lanes* gradients = nullptr;  ///< at the centres of cells, see cell_gradient.hpp; null if not used
+    /// Here a gather stores the displacement gradients of the step for the stress update, from particle `increment_first` on;
+    /// null if no law needs them.
     Mat<D>* increments  = nullptr;
     int increment_first = 0;
-    bool is_past        = false;  ///< F follows the step that led here: x^n is its end, not its start
+    bool is_past        = false;  ///< F follows the previous step: x^n is the end of that step, not its start
 };
 
 enum class Fault { none, not_finite, inverted, left_grid, domain_turned, domain_too_wide };
 
-/// What a tile found out while its particles moved. Reduced in tile order, so that it is the same for any thread count.
+/// What a tile reports on the motion of its particles. Reduced in tile order, so it is the same for any number of threads.
 struct TileReport {
     double move  = 0.0;   ///< largest displacement of the pass, cells
     double reach = -1.0;  ///< largest distance from a particle to the edge of its domain, cells; negative: not measured
     Fault fault  = Fault::none;
-    int particle = -1;  ///< the first with the fault
+    int particle = -1;  ///< the first particle with the fault
 
     ORDO_HD void flag(Fault f, int i)
     {
@@ -42,16 +42,16 @@ struct TileReport {
     }
 };
 
-/// How velocities of nodes are fitted.
+/// How nodal velocities are fitted.
 struct FitChoices {
-    bool is_whole;    ///< mls: a node that its samples do not determine takes their mean; else the monomials that they do
-    bool everywhere;  ///< nodes without mass too, where there are samples
+    bool is_whole;    ///< a node with dropped pivots takes the mean of its samples (mls), else the other monomials (imls)
+    bool everywhere;  ///< also fit nodes without mass that have samples
 };
 
-/// What nodes and cells found out while fits were solved.
+/// What nodes and cells report on their fits.
 struct FitReport {
     long dropped  = 0;  ///< pivots that samples did not determine
-    long fallback = 0;  ///< nodes that took a lower degree whole (mls) or the mass projection (no sample)
+    long fallback = 0;  ///< nodes that took the mean of their samples (mls) or the mass projection (no sample)
 
     FitReport& operator+=(const FitReport& o)
     {
@@ -61,18 +61,18 @@ struct FitReport {
     }
 };
 
-/// How rows of the mass matrix take part in its solution, see MassSolver; row 0 is none and zero.
+/// How rows of the mass matrix take part in its solution, see MassSolver; row 0 stands for no node and is zero.
 struct MassRowParts {
     static constexpr unsigned char coupled = 1u << NodeLane::mass;
 
     const unsigned char* lanes;  ///< a bit for each component that is solved for, and `coupled`
-    const double* diagonal;      ///< added to that of the matrix, kg
+    const double* diagonal;      ///< added to the diagonal of the matrix, kg
     const double* scale;         ///< 1/sqrt(m_i), kg^-1/2
 
     ORDO_HD bool is_coupled(std::ptrdiff_t row) const { return lanes[row] & coupled; }  ///< else lumped
 };
 
-/// Parts of the solution with the factors of a line.
+/// Which substitutions with the factors of a line are done.
 enum LinePass : unsigned { kForward = 1u, kBackward = 2u };
 
 }  // namespace ordo

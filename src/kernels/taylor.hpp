@@ -1,4 +1,4 @@
-// Taylor least squares (Wobbes et al. 2020, sec. 2): a polynomial per cell from the samples inside, which keeps the integral.
+// Taylor least squares (Wobbes et al. 2020, sec. 2): a polynomial per cell from the samples inside, with a prescribed integral.
 #pragma once
 
 #include "kernels/moments.hpp"
@@ -17,7 +17,7 @@ ORDO_HD constexpr double cell_mean(const Index<D>& power)
 }
 
 /// Fits to the samples of one cell, from their moments about its centre (weights 1). The Taylor functions are the monomials
-/// less their means over the cell, so that all but the first integrate to zero.
+/// minus their means over the cell, so all but the first integrate to zero.
 template <int D, int degree, int fields>
 class TaylorLeastSquares {
   public:
@@ -30,14 +30,14 @@ class TaylorLeastSquares {
         : record_(record), plain_(moment_matrix(record)), kept_(reduced(record))
     {}
 
-    /// The least-squares fit of a field, which need not keep any integral (eq. 7).
+    /// The least-squares fit of a field without a constraint on its integral (eq. 7).
     ORDO_HD void fit(int field, Coefficients& c) const
     {
         M::right_side(record_, field, c);
         plain_.solve(c);
     }
 
-    /// The fit whose mean over the cell is `mean` (eq. 5): the other functions are fitted to the values less that mean.
+    /// The fit whose mean over the cell is `mean` (eq. 5): the other functions are fitted to the values minus that mean.
     ORDO_HD void fit_with_mean(int field, double mean, Coefficients& c) const
     {
         double b[unknowns], a[others]{};
@@ -54,7 +54,7 @@ class TaylorLeastSquares {
         }
     }
 
-    /// Functions that the samples do not determine: their coefficient is zero.
+    /// The number of functions that the samples do not determine; their coefficients are zero.
     ORDO_HD int dropped() const { return plain_.dropped; }
     ORDO_HD int dropped_with_mean() const { return unknowns > 1 ? kept_.dropped : 0; }
 
@@ -95,8 +95,7 @@ class TaylorLeastSquares {
     Ldl<others> kept_;
 };
 
-/// The distance from the centre of a cell, in cells, of Gauss point k of 2^D; each has the same weight |cell|/2^D, exact for
-/// cubics.
+/// The distance from the centre of a cell, in cells, of Gauss point k of 2^D. All have the weight |cell|/2^D; exact for cubics.
 template <int D>
 ORDO_HD inline Vec<D> gauss_point(int k)
 {

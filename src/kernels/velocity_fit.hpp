@@ -10,9 +10,9 @@
 
 namespace ordo {
 
-// The samples beside the particles themselves: the corners of their domains. Each counts 1, as a particle does.
+// Corners of domains are samples in addition to the particles. Each counts 1, like a particle.
 
-/// add(x, v, count) with the corners of boxes or parallelepipeds and v_p + L_p (x_c - x_p): each corner of a batch at once.
+/// add(x, v, count) with the corners of boxes or parallelepipeds and v_p + L_p (x_c - x_p), for each corner of a batch.
 template <int D, class Add>
 ORDO_FLAT inline void for_each_corner_sample(const ParticleView<D>& p, const Batch& b, Add&& add)
 {
@@ -38,7 +38,7 @@ ORDO_FLAT inline void for_each_corner_sample(const ParticleView<D>& p, const Bat
     }
 }
 
-/// The same with the corners that the cell of particle i stands for, which have velocities of their own: a corner a lane.
+/// The same for the corners that count for the cell of particle i, one per lane. They have velocities of their own.
 template <int D, class Add>
 ORDO_FLAT inline void for_each_shared_corner(const Lattice<D>& g, const ParticleView<D>& p, int i, Add&& add)
 {
@@ -87,7 +87,7 @@ void spread_velocity(const Sweep<D>& sweep, Lanes* records, bool with_corners, i
         return x;
     };
     if constexpr (Places::is_even && D > 1) {
-        thread_local MomentWindows<D, degree, D, Places, W> windows;  // for its memory
+        thread_local MomentWindows<D, degree, D, Places, W> windows;  // keeps its memory
         for_each_sample(s, with_corners, begin, end, [&](const Vec<D, Lanes>& x, const Vec<D, Lanes>& v, int count) {
             windows.add(coordinates(x), v.c, count);
         });
@@ -107,10 +107,10 @@ void spread_velocity(const Sweep<D>& sweep, Lanes* records, bool with_corners, i
     }
 }
 
-/// The mass of a node that has a velocity but no mass.
+/// The mass that marks a node with a velocity but without mass.
 inline constexpr double kHasVelocity = std::numeric_limits<double>::min();
 
-/// Velocities of nodes [first, end) from their records; (m v)_i/m_i where there is no sample.
+/// Velocities of nodes [first, end) from their records; (m v)_i/m_i if a node has no sample.
 template <int D, int degree>
 void solve_velocity(Lanes* nodes, const Lanes* records, const FitChoices& choices, std::ptrdiff_t first, std::ptrdiff_t end,
                     FitReport& report)

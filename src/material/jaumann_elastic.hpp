@@ -6,8 +6,8 @@
 namespace ordo {
 
 /// sigma' = W sigma - sigma W + lambda tr(d) I + 2 mu d.
-/// Integrated at the midpoint with the rotation of Hughes & Winget (1980), which also turns the increment by its half:
-/// exact for rigid rotations of any size, second order in dt.
+/// Integrated at the midpoint with the rotation of Hughes & Winget (1980); half of it turns the increment. Exact for rigid
+/// rotations of any size, second order in dt.
 struct JaumannElastic {
     static constexpr std::string_view
         name = "jaumann-elastic",
@@ -30,7 +30,7 @@ struct JaumannElastic {
         const Mat<D, T> e = half * (M + transpose(M));
         const Mat<D, T> w = half * (M - transpose(M));
         const Mat<D, T> Q = inverse(I - half * w) * (I + half * w);        // rotation of the step
-        const Mat<D, T> q = inverse(I - quarter * w) * (I + quarter * w);  // and of its second half, which turns the increment
+        const Mat<D, T> q = inverse(I - quarter * w) * (I + quarter * w);  // rotation of its second half, for the increment
         Mat<D, T> s       = T(2 * mu) * e;
         const T p         = T(lambda) * trace(e);
         for (int a = 0; a < D; ++a) s(a, a) += p;

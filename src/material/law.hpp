@@ -1,5 +1,5 @@
-// What a constitutive law is: a struct in a file of its own, listed in laws.hpp. Everything else follows from its row there: keys
-// of the input, `ordo list materials`, the stress pass, history columns in particles, checkpoints and VTU.
+// A constitutive law is a struct in a file of its own, listed in laws.hpp. Everything else follows from its row there: input
+// keys, `ordo list materials`, the stress pass, history columns in particles, checkpoints and VTU.
 #pragma once
 
 #include "material/material.hpp"
@@ -11,7 +11,7 @@ namespace ordo {
 using NoParameters = std::array<LawParameter, 0>;
 using NoHistory    = std::array<HistoryColumn, 0>;
 
-/// A step as a law sees it.
+/// The deformation in a step, for laws.
 template <int D, class T = double>
 struct Step {
     Mat<D, T> F;  ///< deformation gradient after the step
@@ -19,8 +19,8 @@ struct Step {
     double dt;    ///< s
 };
 
-/// What every law has: a name and a sentence, the constants, parameters and history columns it takes, the largest dimension
-/// in which it exists, and `of`, which takes its numbers from a material.
+/// What every law has: a name, a description, its elastic constants, parameters and history columns, the largest dimension
+/// in which it exists, and `of`, which makes the law from a material.
 template <class L>
 concept DescribedLaw = requires(const L law, const Material& m)
 {
@@ -48,7 +48,7 @@ concept DescribedLaw = requires(const L law, const Material& m)
 };
 
 /// Stress is a function of F. `cauchy` is the stress, Pa, and `energy` the stored energy per initial volume, J/m^D. Both are
-/// templates on the scalar: automatic differentiation gives P = dW/dF and body forces.
+/// templates on the scalar, so automatic differentiation gives P = dW/dF and body forces.
 template <class L>
 concept Hyperelastic = DescribedLaw<L> && requires(const L law, const Mat<1>& F)
 {
@@ -60,7 +60,7 @@ concept Hyperelastic = DescribedLaw<L> && requires(const L law, const Mat<1>& F)
         } -> std::same_as<double>;
 };
 
-/// Stress and history are carried along. `update` gives the stress after a step from that before it, and changes the history;
+/// Particles carry stress and history. `update` returns the stress after a step, given that before it, and changes the history;
 /// `energy` is the stored energy per current volume, J/m^D.
 template <class L>
 concept Incremental = DescribedLaw<L> && requires(const L law, const Step<1>& step, const Stress<1>& sigma, double* history)
@@ -74,7 +74,7 @@ concept Incremental = DescribedLaw<L> && requires(const L law, const Step<1>& st
 };
 
 /// An incremental law without history that is a differential equation, sigma' = rate(sigma, L) with the velocity gradient L,
-/// 1/s: stages of Runge and Kutta can integrate it.
+/// 1/s. Runge-Kutta stages can integrate it.
 template <class L>
 concept RateLaw = Incremental<L> && requires(const L law, const Stress<1>& sigma, const Mat<1>& gradient)
 {

@@ -4,7 +4,7 @@ namespace ordo {
 
 namespace {
 
-/// Stored energy of a particle, or of eight, of volume V (initial V0), J.
+/// Stored energy, J, of one particle or of eight, of volume V (initial V0).
 template <class L, int D, class T>
 T energy_of(const Material& m, const Mat<D, T>& F, const Stress<D, T>& sigma, const T& V0, const T& V, const T* history)
 {

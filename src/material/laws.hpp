@@ -1,5 +1,5 @@
-// The list of all laws. To add one: a file beside this one, its line here, its test. Only the tables that are made of the list
-// include it (laws.cpp, kernels/stress.cpp, verification/any_law.cpp).
+// The list of all laws. To add one: a file beside this one, its line here, its test. Only the tables made from the list include
+// it (laws.cpp, kernels/stress.cpp, verification/any_law.cpp).
 #pragma once
 
 #include "material/jaumann_elastic.hpp"
@@ -7,7 +7,7 @@
 #include "material/neo_hookean.hpp"
 #include "material/st_venant_kirchhoff.hpp"
 #if defined(ORDO_OWN_LAW)
-#include ORDO_OWN_LAW  // a header that defines the struct OwnLaw, for programs and tests with a law of their own
+#include ORDO_OWN_LAW  // a header that defines struct OwnLaw, for programs and tests with their own law
 #endif
 
 namespace ordo {

@@ -5,7 +5,7 @@
 
 namespace ordo {
 
-/// sigma' = E dv/dx, Wobbes et al. (2020) sec. 5. 1D only, without stress across it.
+/// sigma' = E dv/dx, Wobbes et al. (2020) sec. 5. 1D only, without lateral stress.
 struct LinearRate1D {
     static constexpr std::string_view name = "linear-rate-1d", what = "sigma' = E dv/dx, 1D only (Wobbes et al. 2020)";
     static constexpr Elasticity elasticity = Elasticity::young;

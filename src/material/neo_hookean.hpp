@@ -6,7 +6,7 @@
 
 namespace ordo {
 
-/// The law of the seed texts: sigma = [lambda ln J I + mu (F F^T - I)]/J.
+/// sigma = [lambda ln J I + mu (F F^T - I)]/J.
 /// Gong (2015) eq. 4.5; energy: Tran et al. (2019), corrected (errata cpls, eq. 55). Plane strain in 2D, uniaxial in 1D.
 struct NeoHookean {
     static constexpr std::string_view name = "neo-hookean",

@@ -6,7 +6,7 @@
 namespace ordo {
 
 /// S = lambda tr(E) I + 2 mu E with the Green strain E = (F^T F - I)/2; sigma = F S F^T/J.
-/// Softens to nothing under strong compression (J -> 0): Bonet & Wood (2008), sec. 6.4.
+/// It loses all stiffness under strong compression (J -> 0): Bonet & Wood (2008), sec. 6.4.
 struct StVenantKirchhoff {
     static constexpr std::string_view name = "st-venant-kirchhoff", what = "S = lambda tr(E) I + 2 mu E with the Green strain E";
     static constexpr Elasticity elasticity = Elasticity::isotropic;

@@ -25,8 +25,8 @@ double shortest_distance_of_corners(const Particles<D>& p)
     return shortest;
 }
 
-/// Corners of different bodies closer than 1e-6 of the shortest distance of two corners of a cell become one, of the velocity
-/// that the first had. Those of one body stay apart: a mesh may be slit.
+/// Merges corners of different bodies that are closer than 1e-6 of the shortest distance of two corners of a cell; the first
+/// velocity is kept. Corners of one body stay apart, because a mesh may have slits.
 template <int D>
 void weld_bodies(Particles<D>& p)
 {
@@ -36,8 +36,8 @@ void weld_bodies(Particles<D>& p)
         for (int c = 0; c < p.cell[i].count(); ++c) body[p.cell[i][c]] = p.body[i];
     const double shortest = shortest_distance_of_corners(p);
     Welder<D> welder(p.corner[0] - Vec<D>::filled(shortest / 2), shortest, 1e-6 * shortest);
-    std::map<std::pair<int, int>, int> seen;  // corners of a body at a place
-    std::map<std::pair<int, int>, int> kept;  // the corner that stands for the first, second, ... of each body at a place
+    std::map<std::pair<int, int>, int> seen;  // number of corners of a body at a place
+    std::map<std::pair<int, int>, int> kept;  // the corner that replaces the first, second, ... of each body at a place
     std::vector<int> number(p.corner.size());
     std::vector<int> first;
     for (int c = 0; c < static_cast<int>(p.corner.size()); ++c) {
@@ -73,7 +73,7 @@ std::vector<bool> interface_corners(const Particles<D>& p)
     return is_shared;
 }
 
-/// All corners of the cells that have one of `chosen`.
+/// All corners of the cells that have a chosen corner.
 template <int D>
 std::vector<bool> with_neighbours(const Particles<D>& p, const std::vector<bool>& chosen)
 {
@@ -98,7 +98,7 @@ std::vector<bool> chosen_corners(const MethodSpec& method, const Particles<D>& p
     return chosen;
 }
 
-/// Corners on both faces of a periodic axis are one place, but two degrees of freedom: the body would be cut there.
+/// Corners on both faces of a periodic axis are the same place, but two degrees of freedom: the body would be cut there.
 template <int D>
 void require_no_seam(const Model<D>& model, const Particles<D>& p)
 {
@@ -110,12 +110,12 @@ void require_no_seam(const Model<D>& model, const Particles<D>& p)
             on_upper       = on_upper || std::fabs(y - model.cells[a]) < 1e-6;
         }
         if (model.periodic[a] && on_lower && on_upper)
-            throw InputError(std::string("enriched corners stand on both faces of the periodic axis ") + "xyz"[a] +
+            throw InputError(std::string("enriched corners lie on both faces of the periodic axis ") + "xyz"[a] +
                              ", where a body would be cut; enrich fewer, or let walls with type = \"symmetry\" bound it");
     }
 }
 
-/// Numbers the parts of corners that cells connect.
+/// Numbers the parts, which are sets of corners connected by cells.
 template <int D>
 void number_parts(Particles<D>& p)
 {
@@ -151,8 +151,8 @@ std::vector<IndexBox<D>> nodes_of_corners(const Lattice<D>& g, const Particles<D
     return boxes;
 }
 
-/// Corners whose nodes lie in the bounding box of the nodes of another part; all of them where a periodic axis or many parts
-/// make that a poor question.
+/// Corners whose nodes lie in the bounding box of the nodes of another part; all corners if there is a periodic axis or too many
+/// parts for this test.
 template <int D>
 std::vector<int> corners_near_other_parts(const Lattice<D>& g, const Particles<D>& p, const std::vector<IndexBox<D>>& reached)
 {
@@ -186,7 +186,7 @@ std::vector<int> corners_near_other_parts(const Lattice<D>& g, const Particles<D
     return near;
 }
 
-/// The largest sum of a row's absolute values: not less than the largest eigenvalue, and equal to it where S is diagonal.
+/// The largest row sum of absolute values: a bound of the largest eigenvalue, equal to it if S is diagonal.
 template <int D>
 double largest_row(const Mat<D>& S)
 {
@@ -224,7 +224,7 @@ int enrich(const Model<D>& model, Particles<D>& p)
     const std::vector<bool> is_chosen = chosen_corners(model.method, p);
     p.enriched                        = Array<std::int32_t>(std::count(is_chosen.begin(), is_chosen.end(), true));
     p.corner_planes                   = Array<std::uint64_t>(p.corner.size());
-    if (model.boundaries.size() > 64) throw InputError("enriched corners can stand on 64 conditions at most; merge some");
+    if (model.boundaries.size() > 64) throw InputError("enriched corners allow at most 64 boundary conditions; merge some");
     int count = 0;
     for (int c = 0; c < static_cast<int>(p.corner.size()); ++c) {
         p.corner_planes[c] = 0;

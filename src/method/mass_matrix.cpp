@@ -29,7 +29,7 @@ void for_each_row(const NodeRows<D>& rows, F&& f)
     });
 }
 
-/// The sum of what f(first row, end) returns for pieces of the rows: the same for any number of threads.
+/// The sum of f(first row, end) over pieces of the rows, the same for any number of threads.
 template <int D, class F>
 Lanes sum_of_runs(const NodeRows<D>& rows, F&& f)
 {
@@ -40,7 +40,7 @@ Lanes sum_of_runs(const NodeRows<D>& rows, F&& f)
     return total;
 }
 
-/// The Lanes that have 1 where `lanes` has a bit, else 0.
+/// For each set of bits, Lanes with 1 in the lanes whose bits are set, else 0.
 const Lanes* masks()
 {
     static const std::vector<Lanes> all = [] {
@@ -93,7 +93,7 @@ void MassSolver<D>::prepare(State<D>& s, const Sweep<D>& sweep, const Lanes* nod
 {
     MassSystem<D>& m  = s.field.mass;
     auto mass         = [&](std::ptrdiff_t i) { return nodes[i][NodeLane::mass]; };
-    const int reach   = std::max(rows_.reach, 1);  // lines of rows ask for the next node
+    const int reach   = std::max(rows_.reach, 1);  // lines of rows need the next node
     const bool is_new = m.rows.assign(s.lattice, s.field.tiles, reach, [&](std::ptrdiff_t i) { return mass(i) > 0; });
     const auto count  = static_cast<std::size_t>(m.rows.end());
     for (Array<Lanes>* a : {&m.r, &m.p, &m.q}) keep_room(*a, count);
@@ -152,7 +152,7 @@ void MassSolver<D>::multiply(State<D>& s, const Sweep<D>& sweep, const Lanes* fr
     for_each_row(m.rows, [&](int i) { to[i] = grid_to[m.rows.node(i)]; });
 }
 
-/// Which rows are lumped, and what is added to the diagonals.
+/// Finds the lumped rows and what is added to the diagonals of the others.
 template <int D>
 void MassSolver<D>::find_lumped(State<D>& s, const Sweep<D>& sweep, const Lanes* nodes) const
 {
@@ -176,7 +176,7 @@ void MassSolver<D>::find_lumped(State<D>& s, const Sweep<D>& sweep, const Lanes*
                  [&](int i) { m.diagonal[i] = nodes[m.rows.node(i)][NodeLane::mass] - m.p[i][coupled] * m.q[i][coupled]; });
 }
 
-/// p = u: known values, else those of the lumped matrix. Those of lumped rows are the solution. The lanes of each row are those
+/// Sets p to the first u: known values, else those of the lumped matrix, which solve lumped rows. Also sets the lanes of each row
 /// that are solved for.
 template <int D>
 void MassSolver<D>::set_first(State<D>& s, Lanes* nodes, const Lanes* known, const Components& c) const
@@ -190,12 +190,12 @@ void MassSolver<D>::set_first(State<D>& s, Lanes* nodes, const Lanes* known, con
     });
     s.field.constraints.for_each([&](std::ptrdiff_t node, int component, bool is_prescribed) {
         const int row = m.rows.row(node);
-        if (row > 0 && m.rows.node(row) != node) return;  // images are no rows of their own
+        if (row > 0 && m.rows.node(row) != node) return;  // images have no rows of their own
         for (const int first : c.firsts) {
             if (first == NodeLane::velocity && is_prescribed) continue;
             const int a                           = first + component;
             const double value                    = first == NodeLane::velocity ? 0.0 : known[node][a];
-            (row > 0 ? m.p[row] : nodes[node])[a] = value;  // nodes without mass have theirs too
+            (row > 0 ? m.p[row] : nodes[node])[a] = value;  // nodes without mass get known values too
             if (row > 0) m.lanes[row] &= static_cast<unsigned char>(~(1u << a));
         }
     });
@@ -209,7 +209,7 @@ void MassSolver<D>::set_first(State<D>& s, Lanes* nodes, const Lanes* known, con
     });
 }
 
-/// r = b - A u with u = p, which goes to the nodes; z = r over the roots of the masses.
+/// r = b - A u with u = p, which is stored in the nodes; z = r over the roots of the masses.
 template <int D>
 typename MassSolver<D>::Norms MassSolver<D>::find_residual(State<D>& s, const Sweep<D>& sweep, Lanes* nodes,
                                                            const Components& c) const
@@ -257,8 +257,8 @@ void MassSolver<D>::factor(State<D>& s) const
     }
 }
 
-/// z = P r from z = r over the roots of the masses; returns r z. The factors of different axes commute for products over axes
-/// alone: one after the other and back in the reverse order P is symmetric for any matrix.
+/// z = P r from z = r over the roots of the masses; returns r z. The factors of different axes commute only if M is a tensor
+/// product. Applying them in turn and then in reverse order makes P symmetric for any matrix.
 template <int D>
 Lanes MassSolver<D>::precondition(State<D>& s) const
 {
@@ -327,7 +327,7 @@ Lanes MassSolver<D>::add_direction(State<D>& s, Lanes* nodes, const Lanes& alpha
 template <int D>
 void MassSolver<D>::solve(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, const Lanes* known, unsigned parts) const
 {
-    constexpr int max_iterations = 3000;                  // the condition of cubic splines in 3D is some thousands
+    constexpr int max_iterations = 3000;                  // the condition number of cubic splines in 3D is some thousands
     constexpr double tolerance = 1e-13, bearable = 1e-9;  // of the norm of b
     const Components c(parts);
     prepare(s, sweep, nodes);
@@ -352,10 +352,10 @@ void MassSolver<D>::solve(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, cons
         void add_direction(const Lanes& alpha) { norms.r = solver.add_direction(s, nodes, alpha); }
     };
     iterations_ = conjugate_gradients(System{*this, s, sweep, nodes, c, norms}, max_iterations);
-    if (is_finite(norms.r, c.lanes) && !is_below(norms.r, bearable, norms.b, c.lanes))  // else the particles will tell
+    if (is_finite(norms.r, c.lanes) && !is_below(norms.r, bearable, norms.b, c.lanes))  // if not finite, particles report it
         throw NumericalError(fmt::format(
-            "step {}, t = {:.6g} s: the consistent mass matrix was not solved in {} iterations: particles are too few for its "
-            "nodes; use smaller particles (more of them in a cell), a larger method.lump_below (now {}) or method.mass = "
+            "step {}, t = {:.6g} s: the consistent mass matrix was not solved in {} iterations: there are too few particles for "
+            "its nodes; use more and smaller particles per cell, a larger method.lump_below (now {}) or method.mass = "
             "\"lumped\"",
             s.n, s.t, iterations_, lump_below_));
     s.field.halo.copy(nodes);

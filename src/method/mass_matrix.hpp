@@ -1,5 +1,5 @@
-// The consistent mass matrix M_ij = sum_p m_p phi_ip phi_jp. Formed as rows of a stencil where particles have a fixed number of
-// nodes (kernels/mass_rows.hpp); else its product is a gather and a scatter.
+// The consistent mass matrix M_ij = sum_p m_p phi_ip phi_jp. If particles have a fixed number of nodes, it is formed as rows of a
+// stencil (kernels/mass_rows.hpp); else its product is a gather and a scatter.
 #pragma once
 
 #include "method/passes.hpp"
@@ -7,14 +7,14 @@
 
 namespace ordo {
 
-/// Solves M u = b for velocities or accelerations, by conjugate gradients. They are preconditioned by the row sums, and where M
-/// is formed by factors along the axes too: of a full block of particles in a regular order they are the inverse of M.
+/// Solves M u = b for velocities or accelerations, by conjugate gradients. The preconditioner is the row sums, and if M is formed
+/// also factors along the axes, which give the inverse of M for a full block of particles in a regular order.
 ///
-/// Rows of fixed components are removed: their values are known and stand on the right. Those of prescribed velocities are
-/// removed for the acceleration only, which leads from the projected velocity to the prescribed one. Rows of nodes that the
-/// material fills to less than `lump_below` of their own integral are lumped, for a few particles do not determine them and
-/// splines make M nearly singular there: they are decoupled, and what their neighbours lose is added to the neighbours'
-/// diagonals, so that row sums, mass and momentum stay (docs/design.md).
+/// Rows of fixed components are removed: their known values go to the right-hand side. Rows of prescribed velocities are removed
+/// for the acceleration only, which leads from the projected velocity to the prescribed one. Rows of nodes with a filled fraction
+/// below `lump_below` are lumped, because a few particles do not determine them and splines make M nearly singular there. They
+/// are decoupled, and what their neighbours lose is added to the neighbours' diagonals, which conserves row sums, mass and
+/// momentum (docs/design.md).
 template <int D>
 class MassSolver {
   public:
@@ -25,23 +25,22 @@ class MassSolver {
           is_of_points_(is_of_points)
     {}
 
-    /// Momenta (lanes of the velocity) become velocities, forces (lanes of the increment) accelerations; which of them, says
-    /// `parts`. `known` has the accelerations of constrained components in the same lanes; fixed velocities are zero. Masses and
-    /// volumes of `nodes` must be complete. The matrix is formed unless `s.mass` has it. Throws NumericalError where it does not
-    /// converge.
+    /// Turns momenta (velocity lanes) into velocities and forces (increment lanes) into accelerations; `parts` selects which.
+    /// `known` has the accelerations of constrained components in the same lanes; fixed velocities are zero. Masses and volumes
+    /// of `nodes` must be complete. Forms the matrix unless `s.mass` has it. Throws NumericalError if it does not converge.
     enum Parts : unsigned { kVelocity = 1u, kAcceleration = 2u };
     void solve(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, const Lanes* known, unsigned parts) const;
 
     int iterations() const { return iterations_; }  ///< of the last solve
 
-    /// to = M from on all nodes, without regard to `lump_below` and without forming M; velocities and increments in their lanes.
+    /// to = M from on all nodes, for the lanes of velocities and increments. Ignores `lump_below` and does not form M.
     void apply(State<D>& s, const Sweep<D>& sweep, const Lanes* from, Lanes* to) const;
 
-    // What a solution begins with, by itself for the tests.
-    /// The rows of the nodes with mass, room for vectors and, unless `s.mass` has them, what all solutions share: lumped rows, the
-    /// matrix and its preconditioner where it can be formed.
+    // The beginning of a solution, public for tests.
+    /// Numbers the rows of nodes with mass, makes room for vectors and, unless `s.mass` has them, finds lumped rows and forms the
+    /// matrix and its preconditioner, if it can be formed.
     void prepare(State<D>& s, const Sweep<D>& sweep, const Lanes* nodes) const;
-    /// to = M from on rows: that of `apply`.
+    /// to = M from on rows, with the same M as `apply`.
     void multiply(State<D>& s, const Sweep<D>& sweep, const Lanes* from, Lanes* to) const;
 
   private:
@@ -52,9 +51,9 @@ class MassSolver {
 
         explicit Components(unsigned parts);
     };
-    /// What b and r are measured by: the sums of their squares over the masses.
+    /// The squared norms of b and r: sums of their squares divided by the masses.
     struct Norms {
-        Lanes b{};  ///< or of the first residual where that is larger
+        Lanes b{};  ///< or of the first residual if that is larger
         Lanes r{};
     };
     void form(State<D>& s, const Sweep<D>& sweep) const;
@@ -73,7 +72,7 @@ class MassSolver {
     mutable int iterations_ = 0;
 };
 
-/// The part of the integral of node's function that particles fill, 0 to about 1.
+/// The fraction of the integral of a node's function that particles fill, 0 to about 1.
 template <int D>
 double filled_part(const Lattice<D>& g, const Lanes* nodes, const Index<D>& at)
 {

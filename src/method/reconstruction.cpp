@@ -36,7 +36,7 @@ void QuadraturePoints<D>::resize(int n, bool has_body_force)
     count = n;
 }
 
-/// Adds what blocks reported, and notes where pivots were dropped first.
+/// Adds the reports of blocks, and records where pivots were dropped first.
 template <int D>
 void add_reports(State<D>& s, const std::vector<FitReport>& reports)
 {
@@ -61,10 +61,10 @@ void fit_velocities(const Model<D>& model, const VelocityFitPasses<D>& passes, S
     const bool with_corners = model.method.samples == Samples::corners;
     s.field.tiles.for_each_by_colour([&](const Tile& t) { passes.spread(sweep, records, with_corners, t.begin, t.end); });
     s.field.halo.add_records(records, passes.size);
-    s.field.halo.clear(nodes);  // images are no nodes of their own
+    s.field.halo.clear(nodes);  // images are not fitted
     std::vector<FitReport> reports(s.field.tiles.blocks().size());
     const FitChoices choices{.is_whole   = model.method.projection == Projection::mls,
-                             .everywhere = model.method.quadrature == Quadrature::cell};  // whose nodes are others
+                             .everywhere = model.method.quadrature == Quadrature::cell};  // its points reach other nodes
     s.field.tiles.for_each_block_run([&](std::ptrdiff_t block, std::ptrdiff_t first, std::ptrdiff_t end) {
         passes.solve(nodes, records, choices, first, end, reports[block]);
     });
@@ -72,7 +72,7 @@ void fit_velocities(const Model<D>& model, const VelocityFitPasses<D>& passes, S
     add_reports(s, reports);
 }
 
-/// The cells that particles fill, by the sums of the first pass of fit_cells.
+/// The cells that hold particles, by the sums of the first pass of fit_cells.
 template <int D>
 struct FilledCells {
     const Lattice<D>& grid;
@@ -101,7 +101,7 @@ struct FilledCells {
     }
 };
 
-/// Sums over particles: `contents` of cells, and the records of their fits.
+/// Sums over particles: contents of cells, and the records of their fits.
 template <int D>
 void spread_to_cells(const CellFitPasses<D>& passes, State<D>& s, const Sweep<D>& sweep)
 {
@@ -116,7 +116,7 @@ void spread_to_cells(const CellFitPasses<D>& passes, State<D>& s, const Sweep<D>
     s.field.halo.copy_records(contents, 1);
 }
 
-/// Makes room for the points of all filled cells and sorts them by colour. Returns the first point of each block, and their number.
+/// Makes room for the points of all filled cells and sorts them by colour. Returns the first point of each block, and the end.
 template <int D>
 std::vector<int> number_points(const CellFitPasses<D>& passes, const FilledCells<D>& cells, State<D>& s, bool has_body_force)
 {
@@ -203,7 +203,7 @@ void find_cell_gradients(const Passes<D>& passes, State<D>& s, const Lanes* node
     });
     s.field.halo.copy_records(gradients, C::size);
 
-    // Cells of which a node has no mass, from those of which all have.
+    // Cells with a node without mass, from cells whose nodes all have mass.
     std::vector<std::vector<std::pair<Index<D>, std::array<Lanes, C::size>>>> filled(blocks.size());
     s.field.tiles.for_each_block([&](std::ptrdiff_t k) {
         s.field.tiles.nodes_of(blocks[k]).for_each([&](const Index<D>& cell) {
@@ -225,7 +225,7 @@ void find_cell_gradients(const Passes<D>& passes, State<D>& s, const Lanes* node
         for (const auto& [cell, found] : block) std::copy(found.begin(), found.end(), record(cell));
     s.field.halo.copy_records(gradients, C::size);
 
-    // Beyond walls, one axis after the other: the linear continuation, or the value where only one cell is known.
+    // Beyond walls, one axis after the other: linear extrapolation, or the value itself if only one cell is known.
     for (int axis = 0; axis < D; ++axis) {
         if (g.periodic[axis]) continue;
         s.field.tiles.for_each_block([&](std::ptrdiff_t k) {

@@ -24,8 +24,8 @@ constexpr Choice<Basis> choices_of_basis[] = {
     {Basis::hat, "hat", "piecewise linear"},
     {Basis::bspline2, "bspline2", "quadratic splines, knots clamped at the grid's faces (Wobbes et al. 2020)"},
     {Basis::bspline3, "bspline3", "cubic splines, knots clamped at the grid's faces"},
-    {Basis::bspline4, "bspline4", "the same of degree 4, of projection spline-fit"},
-    {Basis::bspline5, "bspline5", "the same of degree 5"},
+    {Basis::bspline4, "bspline4", "splines of degree 4, only with projection spline-fit"},
+    {Basis::bspline5, "bspline5", "splines of degree 5, only with projection spline-fit"},
     {Basis::ddmpm, "ddmpm", "hats with the dual-domain gradient (Zhang et al. 2011; Wobbes et al. 2020)"}};
 constexpr AxisRow<Basis> row_of(Basis) { return {"basis", "shape functions N_i of the background grid", choices_of_basis}; }
 
@@ -35,12 +35,12 @@ constexpr Choice<Domain> choices_of_domain[] = {
     {Domain::stretched_box, "stretched-box", "a box stretched by the diagonal of F (cpGIMP)"},
     {Domain::parallelepiped, "parallelepiped", "a parallelepiped r = F r0 (CPDI1)"},
     {Domain::cell, "cell", "a cell of a mesh with shared corners that move (CPDI2)"},
-    {Domain::simplex, "simplex", "the same, built-in shapes cut into triangles or tetrahedra (CPDI-T)"}};
-constexpr AxisRow<Domain> row_of(Domain) { return {"domain", "the region that a particle stands for", choices_of_domain}; }
+    {Domain::simplex, "simplex", "the same, with built-in shapes cut into triangles or tetrahedra (CPDI-T)"}};
+constexpr AxisRow<Domain> row_of(Domain) { return {"domain", "the region that a particle represents", choices_of_domain}; }
 
 constexpr Choice<CornerWeights> choices_of_corner_weights[] = {
     {CornerWeights::exact, "exact", "integrals over the cell"},
-    {CornerWeights::mean, "mean", "the mean of the corners (Sadeghirad et al. 2013), exact for parallelepipeds"}};
+    {CornerWeights::mean, "mean", "equal weights (Sadeghirad et al. 2013), exact for parallelepipeds"}};
 constexpr AxisRow<CornerWeights> row_of(CornerWeights)
 {
     return {"cell_weights", "weights of the corners of a cell", choices_of_corner_weights};
@@ -49,20 +49,20 @@ constexpr AxisRow<CornerWeights> row_of(CornerWeights)
 constexpr Choice<Enrichment> choices_of_enrichment[] = {
     {Enrichment::none, "none", "all corners spread to the grid"},
     {Enrichment::interface, "interface", "corners that cells of different bodies share"},
-    {Enrichment::adjacent, "adjacent", "all corners of the cells that have one of those"},
-    {Enrichment::layers, "layers", "the same, over as many layers of cells as `layers` says"},
-    {Enrichment::all, "all", "every corner: finite elements of one point"}};
+    {Enrichment::adjacent, "adjacent", "all corners of the cells at an interface"},
+    {Enrichment::layers, "layers", "the same for `layers` layers of cells"},
+    {Enrichment::all, "all", "every corner: one-point finite elements"}};
 constexpr AxisRow<Enrichment> row_of(Enrichment)
 {
     return {"enrichment",
-            "corners of cells that are degrees of freedom of their own, beside the grid's nodes, where no other body is near "
+            "corners of cells that are degrees of freedom in addition to the grid's nodes, where no other body is near "
             "(Sadeghirad et al. 2013)",
             choices_of_enrichment};
 }
 
 constexpr Choice<CornerVelocity> choices_of_corner_velocity[] = {
-    {CornerVelocity::remapped, "remapped", "projected from the particles, as that of nodes"},
-    {CornerVelocity::kept, "kept", "that of the last step, as in finite elements"}};
+    {CornerVelocity::remapped, "remapped", "projected from the particles, like the velocity of nodes"},
+    {CornerVelocity::kept, "kept", "the velocity of the last step, as in finite elements"}};
 constexpr AxisRow<CornerVelocity> row_of(CornerVelocity)
 {
     return {"corner_velocity", "velocity of enriched corners at the start of a step", choices_of_corner_velocity};
@@ -71,24 +71,24 @@ constexpr AxisRow<CornerVelocity> row_of(CornerVelocity)
 constexpr Choice<Projection> choices_of_projection[] = {
     {Projection::mass, "mass", "weighted by m_p phi_ip; conserves linear momentum"},
     {Projection::gradient_enhanced, "gradient-enhanced",
-     "the same of v_p + L_p (x_i - x_p) (Wallstedt & Guilkey 2007); conserves linear momentum where functions reproduce linear "
+     "as mass, with v_p + L_p (x_i - x_p) (Wallstedt & Guilkey 2007); conserves linear momentum if the functions reproduce "
+     "linear "
      "fields"},
     {Projection::affine, "affine",
-     "the same of v_p + C_p (x_i - x_p), C_p from the nodes (Jiang et al. 2015); conserves linear and, with update apic, angular "
-     "momentum"},
+     "as mass, with v_p + C_p (x_i - x_p), C_p from the nodes (Jiang et al. 2015); conserves linear momentum and, with update "
+     "apic, angular momentum"},
     {Projection::polynomial, "polynomial",
-     "the same of a polynomial a particle, of `degree` an axis (Fu et al. 2017); conserves linear momentum"},
+     "as mass, with a polynomial per particle, of `degree` along each axis (Fu et al. 2017); conserves linear momentum"},
     {Projection::mls, "mls",
-     "moving least squares of `degree` at the nodes, degree 0 where they are singular (Gong 2015, sec. 5.3); does not conserve "
-     "momentum"},
+     "moving least squares of `degree` at the nodes, of degree 0 where these are singular (Gong 2015, sec. 5.3); does not "
+     "conserve momentum"},
     {Projection::imls, "imls",
-     "the same, but only the monomials are left out that samples do not determine (Tran et al. 2019); does not conserve "
-     "momentum"},
+     "as mls, but drops only the monomials that the samples do not determine (Tran et al. 2019); does not conserve momentum"},
     {Projection::tls, "tls",
-     "Taylor least squares of `degree` a cell, at Gauss points (Wobbes et al. 2020); conserves mass and linear momentum"},
+     "Taylor least squares of `degree` in each cell, at Gauss points (Wobbes et al. 2020); conserves mass and linear momentum"},
     {Projection::spline_fit, "spline-fit",
-     "the splines of `basis` that fit the particles best (docs/high_order.md); conserves momentum up to the error of the "
-     "particles' masses as a quadrature"}};
+     "least-squares fit of the splines of `basis` to the particles (docs/high_order.md); conserves momentum up to the quadrature "
+     "error of the particle masses"}};
 constexpr AxisRow<Projection> row_of(Projection)
 {
     return {"projection", "velocity from particles to nodes", choices_of_projection};
@@ -99,15 +99,15 @@ constexpr Choice<Weight> choices_of_weight[] = {{Weight::hat, "hat", "of support
                                                 {Weight::cubic, "cubic", "cubic spline of support 2h"}};
 constexpr AxisRow<Weight> row_of(Weight)
 {
-    return {"weight", "weight of a sample at a node, of mls and imls", choices_of_weight};
+    return {"weight", "weight of a sample at a node, for mls and imls", choices_of_weight};
 }
 
 constexpr Choice<Samples> choices_of_samples[] = {
     {Samples::particles, "particles", "particles"},
     {Samples::corners, "corners",
-     "particles and the corners of their domains, v_c = v_p + L_p (x_c - x_p) (CPLS, Tran et al. 2019); shared corners once, "
-     "with a velocity of their own"}};
-constexpr AxisRow<Samples> row_of(Samples) { return {"samples", "what mls and imls fit to", choices_of_samples}; }
+     "particles and the corners of their domains, v_c = v_p + L_p (x_c - x_p) (CPLS, Tran et al. 2019); shared corners count "
+     "once and carry their own velocity"}};
+constexpr AxisRow<Samples> row_of(Samples) { return {"samples", "the data of the fits mls and imls", choices_of_samples}; }
 
 constexpr Choice<Tls> choices_of_tls[] = {
     {Tls::both, "both", "density and momentum for the nodes' velocities, stress for the forces"},
@@ -118,23 +118,24 @@ constexpr AxisRow<Tls> row_of(Tls) { return {"tls", "what projection tls reconst
 constexpr Choice<Quadrature> choices_of_quadrature[] = {
     {Quadrature::particle, "particle", "sum over particle volumes; conserves mass and linear momentum"},
     {Quadrature::cell, "cell",
-     "one point a cell, mls of density, stress and body force (IMPM, Gong 2015, sec. 5.3); does not conserve mass"},
+     "one point per cell, mls of density, stress and body force (IMPM, Gong 2015, sec. 5.3); does not conserve mass"},
     {Quadrature::gauss, "gauss",
-     "2^D Gauss points a cell, Taylor least squares of stress and body force (Wobbes et al. 2020); of mass with projection tls"},
-    {Quadrature::spline, "spline", "Gauss points of splines of density, body force and stress that fit the particles best"}};
+     "2^D Gauss points per cell, Taylor least squares of stress and body force (Wobbes et al. 2020), and of mass with projection "
+     "tls"},
+    {Quadrature::spline, "spline", "Gauss points, with splines of density, body force and stress fitted to the particles"}};
 constexpr AxisRow<Quadrature> row_of(Quadrature)
 {
     return {"quadrature", "integration of mass and forces", choices_of_quadrature};
 }
 
 constexpr Choice<CellVolume> choices_of_cell_volume[] = {
-    {CellVolume::full, "full", "the whole cell; wrong by O(h) where a body ends inside of it"},
+    {CellVolume::full, "full", "the whole cell; wrong by O(h) if a body ends inside it"},
     {CellVolume::filled, "filled",
-     "next to empty cells the volume of the particles inside, with the one point at their centroid, or their means at Gauss "
-     "points"}};
+     "in cells next to empty ones the volume of the particles inside, with the one point at their centroid, or with their means "
+     "at the Gauss points"}};
 constexpr AxisRow<CellVolume> row_of(CellVolume)
 {
-    return {"cell_volume", "volume of a cell in quadratures cell and gauss", choices_of_cell_volume};
+    return {"cell_volume", "volume of a cell for quadratures cell and gauss", choices_of_cell_volume};
 }
 
 constexpr Choice<MassMatrix> choices_of_mass_matrix[] = {
@@ -152,7 +153,7 @@ constexpr Choice<Gradient> choices_of_gradient[] = {
 constexpr AxisRow<Gradient> row_of(Gradient) { return {"gradient", "velocity gradient at the particle", choices_of_gradient}; }
 
 constexpr Choice<Update> choices_of_update[] = {
-    {Update::flip, "flip", "increments; a fraction pic_fraction takes the node velocity instead"},
+    {Update::flip, "flip", "velocity increments, blended with the node velocity by pic_fraction"},
     {Update::apic, "apic", "node velocity and affine matrix (Jiang et al. 2015)"},
     {Update::polypic, "polypic", "node velocity and polynomial (Fu et al. 2017)"}};
 constexpr AxisRow<Update> row_of(Update) { return {"update", "velocity from nodes to particles", choices_of_update}; }
@@ -161,33 +162,32 @@ constexpr Choice<TimeScheme> choices_of_scheme[] = {
     {TimeScheme::usf, "usf", "stress first, from the projected velocity"},
     {TimeScheme::usl, "usl", "stress last, from the advanced velocity"},
     {TimeScheme::musl, "musl", "stress last, from the velocity projected again after the particle update"},
-    {TimeScheme::rk3, "rk3", "Heun's three stages of third order, particles as their data"},
-    {TimeScheme::rk4, "rk4", "the four classical stages of fourth order"}};
+    {TimeScheme::rk3, "rk3", "Heun's Runge-Kutta method of third order, three stages, on the particles"},
+    {TimeScheme::rk4, "rk4", "the classical Runge-Kutta method of fourth order, four stages"}};
 constexpr AxisRow<TimeScheme> row_of(TimeScheme) { return {"scheme", "when the stress is updated", choices_of_scheme}; }
 
 constexpr Choice<Start> choices_of_start[] = {
     {Start::leapfrog, "leapfrog", "the first kick is a half step: velocities live at t - dt/2"},
-    {Start::plain, "plain", "the first kick is a whole step: the initial velocity is taken as that of -dt/2"}};
+    {Start::plain, "plain", "the first kick is a whole step: the initial velocity is taken as that at -dt/2"}};
 constexpr AxisRow<Start> row_of(Start) { return {"start", "time level of the velocities", choices_of_start}; }
 
 constexpr Setting kSettings[] = {
     Setting{"degree", &MethodSpec::degree, 0, 3,
-            "of the polynomials of projections mls, imls, tls and polynomial and of quadratures cell and gauss", true},
-    Setting{"pic_fraction", &MethodSpec::pic_fraction, 0, 1, "part of the velocity update that is PIC instead of FLIP; damps"},
-    Setting{"a0", &MethodSpec::a0, 0, 1, "ddmpm: the part of the plain gradient in the middle of a cell"},
-    Setting{"lump_below", &MethodSpec::lump_below, 0, 1,
-            "consistent mass: nodes that are filled to less than this part are lumped"},
+            "degree of the polynomials of projections mls, imls, tls and polynomial and of quadratures cell and gauss", true},
+    Setting{"pic_fraction", &MethodSpec::pic_fraction, 0, 1, "fraction of PIC in the velocity update, the rest is FLIP; damps"},
+    Setting{"a0", &MethodSpec::a0, 0, 1, "ddmpm: weight of the plain gradient in the middle of a cell"},
+    Setting{"lump_below", &MethodSpec::lump_below, 0, 1, "consistent mass: nodes with a filled fraction below this are lumped"},
     Setting{"stretch_limit", &MethodSpec::stretch_limit, 0, 30,
-            "parallelepiped: largest distance of a corner from the particle, cells; wider domains are scaled (Homel et al. "
-            "2016); 0: none"},
-    Setting{"layers", &MethodSpec::layers, 0, 1000, "layers of cells on both sides of an interface, of enrichment layers", true},
+            "parallelepiped: largest distance of a corner from the particle, cells; wider domains are scaled down (Homel et al. "
+            "2016); 0: no limit"},
+    Setting{"layers", &MethodSpec::layers, 0, 1000, "enrichment layers: layers of cells on each side of an interface", true},
     Setting{"stress_degree", &MethodSpec::stress_degree, 1, 5,
-            "spline-fit: of the splines of the stress and the velocity gradient", true},
+            "spline-fit: degree of the splines of stress and velocity gradient", true},
     Setting{"removed_knots", &MethodSpec::removed_knots, 0, 3,
-            "spline-fit: knots left out next to each wall, of the velocity's splines", true},
-    Setting{"removed_stress_knots", &MethodSpec::removed_stress_knots, 0, 3, "spline-fit: the same of the stress' splines", true},
+            "spline-fit: knots left out next to each wall, for the splines of the velocity", true},
+    Setting{"removed_stress_knots", &MethodSpec::removed_stress_knots, 0, 3, "spline-fit: the same for the stress", true},
     Setting{"null_damping", &MethodSpec::null_damping, 0, 1,
-            "spline-fit: part of what splines do not hold of the velocity that a step takes away"}};
+            "spline-fit: fraction of the velocity not represented by the splines that each step removes"}};
 
 }  // namespace
 
@@ -211,26 +211,28 @@ const std::vector<Rule>& rules()
     static const std::vector<Rule> rows = {
         {[](const MethodSpec& s) { return s.basis == Basis::ddmpm && s.domain != Domain::point; },
          "basis ddmpm with a domain other than point",
-         "ddmpm changes the gradient at a point; domains take means of the values of hats, which it leaves alone: use basis hat"},
+         "ddmpm changes the gradient at a point only; domains average the values of hats, which it does not change: use basis "
+         "hat"},
         {[](const MethodSpec& s) { return s.weights == CornerWeights::mean && !has_cells(s); },
-         "cell_weights mean with a domain other than cell and simplex", "there are no cells whose corners could be weighted"},
+         "cell_weights mean with a domain other than cell and simplex", "other domains have no cells with corner weights"},
         {[](const MethodSpec& s) { return s.stretch_limit > 0 && s.domain != Domain::parallelepiped; },
          "stretch_limit with a domain other than parallelepiped",
-         "points and boxes do not stretch with F and cells share their corners: there is nothing that could be scaled"},
+         "only parallelepipeds can be scaled: points and boxes do not follow all of F, and cells share their corners"},
         {[](const MethodSpec& s) { return has_enrichment(s) && !has_cells(s); },
-         "enrichment with a domain other than cell and simplex", "there are no corners that cells share"},
+         "enrichment with a domain other than cell and simplex", "other domains have no shared corners"},
         {[](const MethodSpec& s) {
              return has_enrichment(s) &&
                     (s.projection != Projection::mass || s.quadrature != Quadrature::particle || s.gradient != Gradient::shape);
          },
          "enrichment with a projection other than mass, a quadrature other than particle or a gradient other than shape",
-         "fits and cells of the grid know nothing of corners that do not spread to it"},
+         "fits and grid cells do not see enriched corners, which do not spread to the grid"},
         {[](const MethodSpec& s) { return has_enrichment(s) && s.mass == MassMatrix::consistent; },
-         "enrichment with mass consistent", "one particle a cell leaves the matrix of its corners singular: use mass lumped"},
+         "enrichment with mass consistent", "with one particle per cell the matrix of its corners is singular: use mass lumped"},
         {[](const MethodSpec& s) { return keeps_corner_velocity(s) && !has_enrichment(s); },
          "corner_velocity kept without enrichment", "only enriched corners have a velocity of their own"},
         {[](const MethodSpec& s) { return s.layers != MethodSpec{}.layers && s.enrichment != Enrichment::layers; },
-         "layers with an enrichment other than layers", "the other choices say how far they go: set enrichment to layers"},
+         "layers with an enrichment other than layers",
+         "only enrichment layers has a number of layers: set enrichment to layers"},
         {[](const MethodSpec& s) { return s.samples == Samples::corners && !fits_velocity(s); },
          "samples corners with a projection other than mls and imls", "only least squares have samples"},
         {[](const MethodSpec& s) { return s.samples == Samples::corners && s.domain == Domain::point; },
@@ -240,47 +242,49 @@ const std::vector<Rule>& rules()
                     !has_splines(s);
          },
          "projection affine or polynomial with domain point and basis hat or ddmpm",
-         "on a node all other hats vanish and nothing determines the matrix: use basis bspline2, or projection "
-         "gradient-enhanced, which is the same elsewhere"},
+         "at a node all other hats vanish and the matrix is undetermined: use basis bspline2, or projection gradient-enhanced, "
+         "which is the same away from nodes"},
         {[](const MethodSpec& s) { return s.projection == Projection::polynomial && s.domain != Domain::point; },
          "projection polynomial with a domain other than point",
-         "its polynomials are orthogonal for products of one-dimensional weights: use projection affine"},
+         "its polynomials are orthogonal only for products of one-dimensional weights: use projection affine"},
         {[](const MethodSpec& s) { return s.projection == Projection::polynomial && !(s.degree == 1 || s.degree == 2); },
          "projection polynomial with a degree other than 1 and 2",
-         "degree 0 is projection mass, and quadratic splines carry no more than degree 2"},
+         "degree 0 is projection mass, and quadratic splines determine at most degree 2"},
         {[](const MethodSpec& s) { return s.gradient == Gradient::affine && (s.domain != Domain::point || !has_splines(s)); },
          "gradient affine with a domain other than point or a basis other than splines",
-         "the affine matrix stands for the gradient of functions at a point, and hats leave it undetermined on a node"},
+         "the affine matrix replaces the gradient of functions at a point, and is undetermined for hats at a node"},
         {[](const MethodSpec& s) { return s.gradient == Gradient::adjoint && s.basis == Basis::ddmpm; },
          "gradient adjoint with basis ddmpm", "ddmpm is a choice of gradient itself: use basis hat"},
         {[](const MethodSpec& s) { return s.update == Update::apic && s.projection != Projection::affine; },
          "update apic with a projection other than affine",
-         "without the affine matrix it would lose all that nodes cannot hold: use projection affine"},
+         "without the affine matrix it would be plain PIC, which damps strongly: use projection affine"},
         {[](const MethodSpec& s) { return (s.update == Update::polypic) != (s.projection == Projection::polynomial); },
-         "update polypic without projection polynomial, or the reverse", "the one finds the polynomials that the other spreads"},
+         "update polypic without projection polynomial, or the reverse",
+         "the update computes the polynomials that the projection spreads"},
         {[](const MethodSpec& s) { return s.pic_fraction > 0 && s.update != Update::flip; },
-         "pic_fraction with an update other than flip", "apic and polypic take the node velocity whole"},
+         "pic_fraction with an update other than flip", "apic and polypic always take the whole node velocity"},
         {[](const MethodSpec& s) { return s.quadrature == Quadrature::cell && s.mass == MassMatrix::consistent; },
-         "quadrature cell with mass consistent", "one point a cell leaves the matrix singular: use mass lumped"},
+         "quadrature cell with mass consistent", "with one point per cell the matrix is singular: use mass lumped"},
         {[](const MethodSpec& s) { return s.cell_volume == CellVolume::filled && s.quadrature == Quadrature::particle; },
-         "cell_volume filled with quadrature particle", "particles have volumes of their own"},
+         "cell_volume filled with quadrature particle", "this quadrature uses the volumes of particles, not of cells"},
         {[](const MethodSpec& s) {
              return s.mass == MassMatrix::consistent &&
                     (s.projection == Projection::gradient_enhanced || s.projection == Projection::affine ||
                      s.projection == Projection::polynomial);
          },
          "projection gradient-enhanced, affine or polynomial with mass consistent",
-         "particles leave the velocity of the node's place, which lumped mass gives back; the consistent matrix wants that of "
-         "their own: use projection mass"},
+         "these projections spread velocities at nodes, as lumped mass requires; the consistent matrix requires velocities at "
+         "particles: use projection mass"},
         {[](const MethodSpec& s) { return s.tls != Tls::both && s.projection != Projection::tls; },
-         "tls velocity or stress with a projection other than tls", "it says what that projection reconstructs"},
+         "tls velocity or stress with a projection other than tls", "it selects what projection tls reconstructs"},
         {[](const MethodSpec& s) {
              return s.projection == Projection::tls && s.tls != Tls::velocity && s.quadrature != Quadrature::gauss;
          },
          "projection tls with a quadrature other than gauss",
-         "the stress that it reconstructs is asked for at Gauss points: set quadrature to gauss, or tls to velocity"},
+         "the reconstructed stress is needed at Gauss points: set quadrature to gauss, or tls to velocity"},
         {[](const MethodSpec& s) { return s.projection == Projection::tls && s.quadrature == Quadrature::cell; },
-         "projection tls with quadrature cell", "mass would be that of two quadratures: set quadrature to gauss or particle"},
+         "projection tls with quadrature cell",
+         "mass would come from two different quadratures: set quadrature to gauss or particle"},
         {[](const MethodSpec& s) {
              const bool is_projected = s.gradient == Gradient::projected, has_stages = has_stages_of_runge_kutta(s);
              return (s.quadrature == Quadrature::spline) != is_spline_fit(s) || is_projected != is_spline_fit(s) ||
@@ -288,19 +292,19 @@ const std::vector<Rule>& rules()
          },
          "projection spline-fit without quadrature spline, gradient projected, scheme rk3 or rk4 and mass consistent, or one of "
          "these three without it",
-         "they are one scheme: its fits and its gradient are each other's adjoint; use preset spline3, spline4 or spline5"},
+         "they are parts of one scheme, whose fits and gradient are adjoint; use preset spline3, spline4 or spline5"},
         {[](const MethodSpec& s) { return is_spline_fit(s) && s.domain != Domain::point; },
-         "projection spline-fit with a domain other than point", "splines are fitted to what particles have where they are"},
+         "projection spline-fit with a domain other than point", "splines are fitted to values at the positions of particles"},
         {[](const MethodSpec& s) {
              return is_spline_fit(s) &&
                     (s.basis == Basis::ddmpm || s.pic_fraction > 0 || s.start == Start::plain || s.update != Update::flip);
          },
          "projection spline-fit with basis ddmpm, pic_fraction, start plain or an update other than flip",
-         "its stages have velocities at the times of positions and particles that take the grid's acceleration; null_damping "
-         "damps"},
+         "its Runge-Kutta stages have velocities at the times of positions and add the grid's acceleration to them; for damping "
+         "use null_damping"},
         {[](const MethodSpec& s) { return (s.basis == Basis::bspline4 || s.basis == Basis::bspline5) && !is_spline_fit(s); },
          "basis bspline4 or bspline5 with a projection other than spline-fit",
-         "sums over particles gain nothing from them: use bspline3"},
+         "sums over particles do not become more accurate with them: use bspline3"},
         {[](const MethodSpec& s) {
              const MethodSpec usual;
              return !is_spline_fit(s) &&
@@ -308,7 +312,7 @@ const std::vector<Rule>& rules()
                      s.removed_stress_knots != usual.removed_stress_knots || s.null_damping != usual.null_damping);
          },
          "stress_degree, removed_knots, removed_stress_knots or null_damping with a projection other than spline-fit",
-         "they say what splines that projection fits"},
+         "they are parameters of projection spline-fit"},
     };
     return rows;
 }
@@ -339,7 +343,7 @@ MethodSpec tls(Basis basis)
             .degree      = 2};
 }
 
-/// Splines of this degree that fit the particles, the stress' of another.
+/// Splines fitted to particles, with a degree of their own for the stress.
 MethodSpec spline_fit(Basis basis, double stress_degree, double removed_knots, double removed_stress_knots, TimeScheme scheme)
 {
     return {.basis                = basis,
@@ -367,22 +371,22 @@ const std::vector<Preset>& presets()
          {.domain = Domain::cell}},
         {"cpdi2t", "convected particle domains, triangles and tetrahedra (Nguyen et al. 2017)", {.domain = Domain::simplex}},
         {"cpdi2e",
-         "enriched cpdi2: cells at an interface between bodies carry degrees of freedom of their own (Sadeghirad et al. 2013)",
+         "enriched cpdi2: corners of cells at an interface between bodies are degrees of freedom (Sadeghirad et al. 2013)",
          {.domain = Domain::cell, .enrichment = Enrichment::adjacent}},
         {"fem",
-         "every corner enriched: updated-Lagrangian finite elements of one point, on the cells of cpdi2 (Sadeghirad et al. 2013)",
+         "every corner enriched: one-point updated-Lagrangian finite elements on the cells of cpdi2 (Sadeghirad et al. 2013)",
          {.domain          = Domain::cell,
           .weights         = CornerWeights::mean,
           .enrichment      = Enrichment::all,
           .corner_velocity = CornerVelocity::kept}},
         {"bscpdi2",
-         "cpdi2 on quadratic splines: holds large shear on fine meshes best (docs/vortex.md)",
+         "cpdi2 on quadratic splines: most robust for large shear on fine meshes (docs/vortex.md)",
          {.basis = Basis::bspline2, .domain = Domain::cell}},
         {"impm",
          "MLS velocity and one-point cell quadrature (Gong 2015, ch. 5)",
          {.projection = Projection::mls, .quadrature = Quadrature::cell}},
         {"impm-adjoint",
-         "impm with the particle gradient that is adjoint to its quadrature; second order where impm is not",
+         "impm with the particle gradient adjoint to its quadrature; second order, which impm is not",
          {.projection = Projection::mls, .quadrature = Quadrature::cell, .gradient = Gradient::adjoint}},
         {"icpdi1",
          "improved CPDI: cpdi1 with MLS velocity (Gong 2015, sec. 6.6)",
@@ -422,7 +426,7 @@ const std::vector<Preset>& presets()
          spline_fit(Basis::bspline3, 3, 0, 0, TimeScheme::rk3)},
         {"spline4", "fourth order: the same with stresses of degree 4 and four stages",
          spline_fit(Basis::bspline3, 4, 0, 1, TimeScheme::rk4)},
-        {"spline5", "fourth order wherever particles lie: splines of degree 4, stresses of degree 5",
+        {"spline5", "fourth order for any particle positions: splines of degree 4, stresses of degree 5",
          spline_fit(Basis::bspline4, 5, 1, 1, TimeScheme::rk4)},
     };
     return rows;

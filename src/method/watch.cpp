@@ -22,7 +22,7 @@ void Watch<D>::start(const State<D>& s)
 template <int D>
 void Watch<D>::resume(const std::vector<double>& energies)
 {
-    if (energies.size() != energies_.size()) throw InputError("the checkpoint has not the energies that a run is watched by");
+    if (energies.size() != energies_.size()) throw InputError("the checkpoint lacks the energies of the watch");
     std::copy(energies.begin(), energies.end(), energies_.begin());
     require_energy();
 }
@@ -34,13 +34,13 @@ void Watch<D>::require_energy() const
     for (int a = 0; a < D; ++a) is_heavy = is_heavy || model_.gravity[a] != 0.0;
     if (spec_.energy_growth && !(energies_[0] > 0) && !is_heavy)
         throw InputError(
-            "watch.energy_growth: the bodies were at rest at the start, so that there is no energy to compare with; remove it");
+            "watch.energy_growth: the bodies were at rest at the start, so there is no energy to compare with; remove it");
 }
 
 template <int D>
 void Watch<D>::before_step(const State<D>& s, double dt)
 {
-    // What the last step has shown says for most steps that the limit is far, without a look at each particle.
+    // For most steps the largest motion of the last step shows that the limit is far, without looking at each particle.
     const auto [h_min, h_max] = std::minmax_element(model_.h.c, model_.h.c + D);
     double c                  = 0.0;
     for (const Material& m : model_.materials) c = std::max(c, m.wave_speed());
@@ -62,11 +62,10 @@ void Watch<D>::after_step(const State<D>& s)
 {
     const ProjectionReport& p = s.projection;
     if (spec_.is_fatal[WatchSpec::dropped_pivots] && p.fit.dropped > 0)
-        find(
-            WatchSpec::dropped_pivots,
-            fmt::format("step {}, t = {:.6g} s: {} pivots of fits were dropped, first near {}: samples there are too few for the "
-                        "degree; use more particles in a cell, a wider method.weight or a lower method.degree",
-                        s.n, s.t, p.fit.dropped, place_text(p.dropped_at.c, D)));
+        find(WatchSpec::dropped_pivots,
+             fmt::format("step {}, t = {:.6g} s: {} pivots of fits were dropped, first near {}: too few samples for the degree; "
+                         "use more particles per cell, a wider method.weight or a lower method.degree",
+                         s.n, s.t, p.fit.dropped, place_text(p.dropped_at.c, D)));
     if (!spec_.energy_growth) return;
     const Totals e                          = totals(model_, s.particles);
     auto& [at_start, potential, of_gravity] = energies_;
@@ -75,9 +74,9 @@ void Watch<D>::after_step(const State<D>& s)
     if (growth <= *spec_.energy_growth * (at_start + of_gravity)) return;
     find(WatchSpec::energy,
          fmt::format(
-             "step {}, t = {:.6g} s: energy has grown by {:.4g} J, more than {:.3g} (watch.energy_growth) of the {:.4g} J that "
-             "there were; {}; a smaller time step, scheme = \"musl\" or a method with particle domains (cpdi1) may help, and "
-             "a larger limit where boundaries, tractions or body forces do work",
+             "step {}, t = {:.6g} s: energy has grown by {:.4g} J, more than {:.3g} (watch.energy_growth) of the initial {:.4g} "
+             "J; {}; a smaller time step, scheme = \"musl\" or a method with particle domains (cpdi1) may help, or a larger "
+             "limit if boundaries, tractions or body forces do work",
              s.n, s.t, growth, *spec_.energy_growth, at_start + of_gravity, fastest_particle(s)));
 }
 

@@ -1,5 +1,5 @@
-// What a run is watched for beyond what no step survives (see require_sound in explicit.cpp): energy that grows, a time step above
-// the limit, fits that samples do not determine.
+// Watches a run for growing energy, a time step above the limit, and fits that samples do not determine. What ends every run is
+// checked by require_sound in explicit.cpp.
 #pragma once
 
 #include "method/state.hpp"
@@ -18,32 +18,32 @@ struct WatchSpec {
     static constexpr std::array<std::string_view, count> names{"energy", "time-step", "dropped-pivots"};
 
     std::array<bool, count> is_fatal{true, false, false};
-    /// How much kinetic, strain and gravity's potential energy together may grow, as a part of what there was to begin with:
-    /// kinetic and strain energy at the start and all that gravity has given or taken. Not watched without it.
+    /// By how much the sum of kinetic, strain and gravitational energy may grow, as a fraction of kinetic and strain energy at the
+    /// start plus the largest change of gravitational energy since. Not watched if not given.
     std::optional<double> energy_growth;
 };
 
 template <int D>
 class Watch {
   public:
-    /// warn(message) where something is found that is not fatal: the first time of its kind. Dropped pivots are fatal or not
-    /// looked at: with moving least squares they are usual at free surfaces.
+    /// Calls warn(message) at the first finding of each kind that is not fatal. Dropped pivots are fatal or not watched: with
+    /// moving least squares they are usual at free surfaces.
     Watch(const Model<D>& model, const WatchSpec& spec, std::function<void(const std::string&)> warn)
         : model_(model), spec_(spec), warn_(std::move(warn))
     {}
 
-    /// Notes the energy to begin with, or goes on from `energies()`. Throw InputError where there is none to compare with.
+    /// Stores the initial energy, or continues from `energies()`. Both throw InputError if there is no energy to compare with.
     void start(const State<D>& s);
     void resume(const std::vector<double>& energies);
 
-    /// Before a step of a size that the user gave, and after each. Throw NumericalError.
+    /// `before_step` is for steps whose size the user gave, `after_step` for all. Both throw NumericalError.
     void before_step(const State<D>& s, double dt);
     void after_step(const State<D>& s);
 
-    /// How many steps had what is not fatal.
+    /// How many steps had findings that are not fatal.
     const std::array<long, WatchSpec::count>& found() const { return found_; }
 
-    /// What a restart must know, J: the energy at the start, that of gravity then, and the largest difference of the latter.
+    /// For restarts, J: energy and gravitational energy at the start, and the largest change of the latter.
     const std::array<double, 3>& energies() const { return energies_; }
 
   private:

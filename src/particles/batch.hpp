@@ -1,4 +1,4 @@
-// Up to eight particles at a time, as Vec and Mat of Lanes: lane k of each number is that of particle first + k.
+// Up to eight particles at a time, as Vec and Mat of Lanes: lane k belongs to particle first + k.
 #pragma once
 
 #include "base/lanes.hpp"
@@ -23,7 +23,7 @@ struct Batch {
     ORDO_FLAT bool is_full() const { return count == size; }
 };
 
-/// Whether a number of each particle, such as its material, is the same in all of a batch.
+/// Whether all particles of a batch have the same number in a field, such as their material.
 ORDO_FLAT inline bool are_alike(const std::int32_t* field, const Batch& b)
 {
     int others = 0;
@@ -40,7 +40,7 @@ ORDO_FLAT inline Lanes each_particle(const Batch& b, F&& f)
     return r;
 }
 
-/// The numbers of fewer than eight particles from a field of N doubles a particle, and back.
+/// Loads fewer than eight particles from a field of N doubles per particle, and stores them.
 ORDO_HD ORDO_CALL inline void load_some(const double* from, int N, int count, Lanes* number)
 {
     for (int c = 0; c < N; ++c)
@@ -53,8 +53,8 @@ ORDO_HD ORDO_CALL inline void store_some(double* to, int N, int count, const Lan
 }
 
 #if !defined(__CUDACC__) && defined(__AVX512F__)
-/// Eight particles of N numbers are N registers in memory. Lane k of number c is place k N + c: `in` picks it from register r
-/// where it lies there, `out` puts numbers c into register r; other lanes stay.
+/// Eight particles of N numbers are N registers in memory. Lane k of number c is at place k N + c: `in` picks those that lie in
+/// register r, `out` puts numbers c into register r; other lanes are kept.
 template <int N>
 struct Interleaving {
     alignas(64) long long in[N][N][8], out[N][N][8];
@@ -73,7 +73,7 @@ struct Interleaving {
 template <int N>
 inline constexpr Interleaving<N> interleaving{};
 
-/// Turns N registers into N numbers, or back, by the orders of an Interleaving.
+/// Turns N registers into N numbers, or back, by one order of an Interleaving.
 template <int N>
 ORDO_FLAT inline void reorder(const long long (&order)[N][N][8], const Lanes (&from)[N], Lanes (&to)[N])
 {
@@ -112,7 +112,7 @@ ORDO_FLAT inline void store_few(double* p, const Lanes (&number)[N])
 }
 #endif
 
-/// The numbers of eight particles: up to six of each, or nine.
+/// Eight particles with up to six numbers each, or nine.
 template <int N>
 ORDO_FLAT inline void load_full(const double* p, Lanes (&number)[N])
 {
@@ -143,7 +143,7 @@ ORDO_FLAT inline void store_full(double* p, const Lanes (&number)[N])
     }
 }
 
-/// The same of a batch.
+/// The same for a batch, full or not.
 template <int N>
 ORDO_FLAT inline void load(const double* field, const Batch& b, Lanes (&number)[N])
 {
@@ -151,7 +151,7 @@ ORDO_FLAT inline void load(const double* field, const Batch& b, Lanes (&number)[
     if (b.is_full()) {
         load_full(p, number);
     } else {
-        Lanes some[N];  // in memory, so that `number` need not be
+        Lanes some[N];  // in memory, so `number` can stay in registers
         load_some(p, N, b.count, some);
         for (int c = 0; c < N; ++c) number[c] = some[c];
     }

@@ -1,5 +1,5 @@
-// Cells of a body to be, on the host: corner points of seeds and of polar cells, welding them into a mesh of shared
-// corners, and splitting it into simplices. Knows no weights: volumes and centroids are in shape/cell_weights.hpp.
+// Cells of bodies at set-up: corner points of seeds and of polar cells, welding them into a mesh of shared corners, and
+// splitting it into simplices. Knows no weights: volumes and centroids are in shape/cell_weights.hpp.
 #pragma once
 
 #include "base/error.hpp"
@@ -40,7 +40,7 @@ std::vector<CornerPoints<D>> corner_points(const std::vector<Seed<D>>& seeds)
     return cells;
 }
 
-/// The polar cells of `fill_polar`, in its order, with corners on the circles: sides are chords, so the volume of all is
+/// The polar cells of `fill_polar`, in its order, with corners on the circles: sides are chords, so the total volume is
 /// that of the sectors times sin(da)/da. Local axes are those of the seeds: radial, angular and (3D) along the tube.
 template <int D>
 std::vector<CornerPoints<D>> polar_cells(const Tube<D>& tube, int radial, int angular, int layers)
@@ -65,7 +65,7 @@ std::vector<CornerPoints<D>> polar_cells(const Tube<D>& tube, int radial, int an
     return cells;
 }
 
-/// The shortest side of all cells, m; not a number if a corner is not.
+/// The shortest side of all cells, m; NaN if a corner is.
 template <int D>
 double shortest_side(const std::vector<CornerPoints<D>>& cells)
 {
@@ -79,14 +79,14 @@ double shortest_side(const std::vector<CornerPoints<D>>& cells)
     return shortest;
 }
 
-/// Points by number, where points closer than `tolerance` are one: a hash grid of bins of side `bin` > 2 `tolerance`. A
-/// point is kept in its own bin and looked for in each bin that it comes close to, so that bin borders do not matter.
+/// Numbers points; points closer than `tolerance` get the same number. A hash grid of bins of side `bin` > 2 `tolerance`: a
+/// point is stored in its own bin and looked up in each bin within the tolerance, so borders of bins do not matter.
 template <int D>
 class Welder {
   public:
     Welder(const Vec<D>& origin, double bin, double tolerance) : origin_(origin), bin_(bin), tolerance_(tolerance) {}
 
-    /// The number of the point: that of a known point if there is one so close, else a new one.
+    /// The number of a known point within the tolerance, else a new number.
     int number(const Vec<D>& x)
     {
         const Vec<D> reach = Vec<D>::filled(tolerance_);
@@ -120,7 +120,7 @@ class Welder {
             bin[a] = static_cast<std::int64_t>(std::clamp(std::floor((x[a] - origin_[a]) / bin_), -last, last));
         return bin;
     }
-    /// Different bins may share a key: points are compared by place anyway. The multiplier is that of splitmix64.
+    /// Different bins may share a key, because positions of points are compared anyway. The multiplier is that of splitmix64.
     static std::uint64_t key(const Bin& bin)
     {
         std::uint64_t k = 0;
@@ -141,7 +141,8 @@ class Welder {
     std::unordered_multimap<std::uint64_t, int> bins_;
 };
 
-/// Shared corners of cells: points closer than 1e-6 of the shortest side are one, numbered in order of first appearance.
+/// Makes a mesh of shared corners: points closer than 1e-6 of the shortest side are merged. Corners are numbered in order of
+/// first appearance.
 template <int D>
 CellMesh<D> weld(const std::vector<CornerPoints<D>>& cells)
 {
@@ -149,8 +150,8 @@ CellMesh<D> weld(const std::vector<CornerPoints<D>>& cells)
     if (cells.empty()) return mesh;
     const double side = shortest_side(cells);
     if (!(side > 0.0))
-        throw InputError("a cell has a side of no length: cells need distinct corners (a ring an inner radius > 0)");
-    // Bins of one shortest side hold few points; those of a regular mesh lie in their middle and need one look each.
+        throw InputError("a cell has a side of length zero: cells need distinct corners (a ring needs an inner radius > 0)");
+    // Bins as wide as the shortest side hold few points; points of a regular mesh lie in the middle of bins and need one lookup.
     Welder<D> welder(cells[0].x[0] - Vec<D>::filled(side / 2), side, 1e-6 * side);
     mesh.cells.reserve(cells.size());
     for (const CornerPoints<D>& cell : cells) {
@@ -162,9 +163,9 @@ CellMesh<D> weld(const std::vector<CornerPoints<D>>& cells)
     return mesh;
 }
 
-/// Each quadrilateral in 2 triangles, each hexahedron in 6 tetrahedra around the diagonal from its first to its last corner
-/// (Kuhn 1960): one along each order of the axes. Neighbours whose local axes agree cut their common face alike, so the
-/// parts of cell k, which are 2 k.. or 6 k.., conform. Segments and simplices stay.
+/// Splits each quadrilateral into 2 triangles and each hexahedron into 6 tetrahedra around the diagonal from its first to its
+/// last corner (Kuhn 1960), one for each order of the axes. Parts of cell k are numbered from 2 k or 6 k on. Neighbours with
+/// equal local axes cut their common face alike, so the mesh conforms. Segments and simplices are kept.
 template <int D>
 CellMesh<D> split(const CellMesh<D>& mesh)
 {

@@ -7,8 +7,8 @@
 
 namespace ordo {
 
-/// The corners of a cell. A segment, quadrilateral or hexahedron has 2^D: corner c lies on the + side of local axis d where
-/// bit d of c is set. A triangle or tetrahedron has D + 1, in positive orientation; its other entries are -1.
+/// The corners of a cell. A segment, quadrilateral or hexahedron has 2^D: corner c lies on the + side of local axis d if bit d
+/// of c is set. A triangle or tetrahedron has D + 1, in positive orientation; its other entries are -1.
 template <int D>
 struct CornerIds {
     int c[1 << D];

@@ -22,7 +22,8 @@ namespace ordo {
 template <int D>
 using Turns = Vec<D, int>;
 
-/// The polynomial of a particle's velocity: m/s a product of orthogonal polynomials of degree 0, 1, 2 along each axis.
+/// The polynomial of a particle's velocity: coefficients, m/s, of products of orthogonal polynomials of degree 0 to 2 along
+/// each axis.
 template <int D>
 struct Modes {
     Vec<D> c[power_of(3, D)];
@@ -38,7 +39,7 @@ struct Modes {
     FIELD(double, m, always)                     /* mass, kg */                                   \
     FIELD(double, V0, always)                    /* initial volume, m^D */                        \
     FIELD(double, V, always)                     /* volume J V0, m^D */                           \
-    FIELD(std::int32_t, id, always)              /* place in the order of seeding */              \
+    FIELD(std::int32_t, id, always)              /* number in the order of seeding */             \
     FIELD(std::int32_t, body, always)            /* index of the body */                          \
     FIELD(std::int32_t, material, always)        /* index of the material */                      \
     FIELD(Vec<D>, half0, box)                    /* initial half-lengths, m */                    \
@@ -50,9 +51,9 @@ struct Modes {
     FIELD(Vec<D>, traction, traction)            /* force on its faces, N */                      \
     FIELD(Mat<D>, traction_moment, traction)     /* sum of force (x) arm from x, N m */           \
     FIELD(Vec<D>, b, body_force)                 /* body force per mass, m/s^2 */                 \
-    FIELD(Mat<D>, L, gradient)                   /* velocities beside it: v + L (x - x_p), 1/s */ \
+    FIELD(Mat<D>, L, gradient)                   /* velocities around it: v + L (x - x_p), 1/s */ \
     FIELD(Modes<D>, modes, modes)                /* the same of higher degree, see Modes */       \
-    FIELD(std::int32_t, samples, corner_samples) /* bit c: it stands for corner c of its cell */  \
+    FIELD(std::int32_t, samples, corner_samples) /* bit c: corner c counts for this cell */       \
     FIELD(Turns<D>, turns, periodic)             /* periods travelled along each axis */
 
 /// Groups of fields beyond those that every method needs.
@@ -66,7 +67,7 @@ struct FieldGroups {
     bool gradient                    = false;
     bool modes                       = false;
     bool corner_samples              = false;
-    bool corner_velocity             = false;  ///< of corners, no field of particles
+    bool corner_velocity             = false;  ///< a field of corners, not of particles
     bool periodic                    = false;
     std::vector<std::string> history = {};  ///< names of the columns that laws carry, see Material
 };
@@ -80,8 +81,8 @@ struct ParticleView {
     int count;
     Array<double>* history;       ///< the columns that laws carry, in the order of Particles::history_names
     Vec<D>* corner;               ///< positions of the shared corners of cells, m
-    Vec<D>* corner_velocity;      ///< their velocities, m/s; null where they have none of their own
-    std::ptrdiff_t* corner_node;  ///< the nodes that enriched corners are, -1 of others; null where no method has any
+    Vec<D>* corner_velocity;      ///< their velocities, m/s; null if they have none of their own
+    std::ptrdiff_t* corner_node;  ///< nodes of enriched corners, -1 for other corners; null if the method has none
     std::ptrdiff_t enriched_count;
 };
 
@@ -93,14 +94,14 @@ struct Particles {
 #undef ORDO_FIELD
     int count = 0;
     std::vector<std::string> history_names;
-    std::vector<Array<double>> history;  ///< a column a name
-    // Of the shared corners of cells: no fields of particles, never sorted.
+    std::vector<Array<double>> history;  ///< one column per name
+    // Fields of the shared corners of cells, never sorted.
     Array<Vec<D>> corner;                ///< positions, m
     Array<Vec<D>> corner_velocity;       ///< velocities, m/s, where corners are samples or keep them
     Array<std::int32_t> enriched;        ///< the corners that are degrees of freedom of their own, see method/enrichment.hpp
-    Array<std::uint64_t> corner_planes;  ///< bit k of an enriched one: condition k held it at the start
+    Array<std::uint64_t> corner_planes;  ///< bit k of an enriched corner: condition k held it at the start
     Array<std::ptrdiff_t> corner_node;   ///< see ParticleView
-    Array<std::int32_t> corner_part;     ///< corners that cells connect are of one part; with enriched ones only
+    Array<std::int32_t> corner_part;     ///< the part of each corner (cells connect corners to parts); if any is enriched
     int part_count           = 0;
     bool has_corner_velocity = false;
 
@@ -113,7 +114,7 @@ struct Particles {
 #undef ORDO_FIELD
         history_names = groups.history;
         for (std::size_t k = 0; k < history_names.size(); ++k) history.emplace_back(n);
-        // Memory belongs to the processor that touches it first: all of them here, instead of the one that plants.
+        // First touch decides which processor a page belongs to: all threads touch here, else only the one that plants would.
         for_each_field([&](auto& field) {
             parallel_pieces(n, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
                 std::memset(static_cast<void*>(field.data() + begin), 0, sizeof(field[0]) * (end - begin));
@@ -138,7 +139,7 @@ struct Particles {
         for_each_named_field([&](const char*, auto& field) { visit(field); });
     }
 
-    /// The column of history of this name; -1 where there is none.
+    /// The number of the history column of this name; -1 if there is none.
     int history_column(std::string_view name) const
     {
         for (std::size_t k = 0; k < history_names.size(); ++k)
@@ -160,7 +161,7 @@ struct Particles {
             static_cast<std::ptrdiff_t>(enriched.size())};
     }
 
-    /// Bytes that one particle occupies in these arrays.
+    /// Bytes per particle in these arrays.
     std::size_t bytes_per_particle()
     {
         std::size_t n = 0;

@@ -1,4 +1,4 @@
-// Material points of the built-in shapes: Cartesian sub-cells of the grid or polar cells, at their centres, or Gauss points.
+// Material points of the built-in shapes: centres of Cartesian sub-cells of the grid or of polar cells, or Gauss points.
 // Points at left edges would make MPM, cpGIMP and CPDI first order (methods: Gong's errata, 21).
 #pragma once
 
@@ -16,7 +16,7 @@
 
 namespace ordo {
 
-/// A material point to be: place, volume, and the half-edge vectors of its domain (columns).
+/// A future material point: position, volume, and the half-edge vectors of its domain (columns).
 template <int D>
 struct Seed {
     Vec<D> x;
@@ -24,8 +24,8 @@ struct Seed {
     Mat<D> edges;
 };
 
-/// Makes particle i of `particles` from a seed: place, mass, volume, initial domain and number. A box domain takes the
-/// lengths of the rows of the half-edges: the box of the same volume around a domain that is not one.
+/// Makes particle i of `p` from a seed: position, mass, volume, initial domain and number. The half-lengths of a box domain
+/// are the norms of the rows of the half-edge matrix.
 template <int D>
 void plant(Particles<D>& p, int i, const Seed<D>& seed, double density)
 {
@@ -49,8 +49,8 @@ struct Bounds {
     Vec<D> lower, upper;
 };
 
-/// Sub-cells of the grid: n[a] to a cell of size h[a] along each axis. They are equal with a point in their middle, or have the
-/// weights of Gauss' rule as lengths and a point where that has it.
+/// Sub-cells of the grid: n[a] per cell of size h[a] along each axis. Either they are equal with points in their middles, or
+/// their lengths are the weights of Gauss' rule and their points those of the rule.
 template <int D>
 struct SubCells {
     Vec<D> origin, h;
@@ -67,8 +67,8 @@ struct Ball {
     Bounds<D> bounds() const { return {center - Vec<D>::filled(radius), center + Vec<D>::filled(radius)}; }
 };
 
-/// A ring in 2D; in 3D a cylinder or tube of the given axis between `bottom` and `top`. Angles in radians, counted from
-/// the first of the two axes across towards the second.
+/// A ring in 2D; in 3D a cylinder or tube around the given axis between `bottom` and `top`. Angles in radians, from the first
+/// of the two other axes towards the second.
 template <int D>
 struct Tube {
     Vec<D> center{};
@@ -80,14 +80,14 @@ struct Tube {
     int first() const { return D == 3 ? (axis + 1) % 3 : 0; }
     int second() const { return D == 3 ? (axis + 2) % 3 : 1; }
 
-    /// Of the distance of a place from the axis.
+    /// The square of the distance of a place from the axis.
     double square_radius(const Vec<D>& x) const
     {
         const double dx = x[first()] - center[first()], dy = x[second()] - center[second()];
         return dx * dx + dy * dy;
     }
 
-    /// Functions of a place that vanish on the round faces and are negative inside of them, m^2.
+    /// Functions of a place that vanish on the round faces and are negative inside them, m^2.
     std::vector<std::function<double(const Vec<D>&)>> round_faces() const
     {
         std::vector<std::function<double(const Vec<D>&)>> r;
@@ -136,7 +136,7 @@ struct Tube {
     }
 };
 
-/// The seed of sub-cell k; `rules` has the points of one cell along each axis.
+/// The seed of sub-cell k; `rules` holds the Gauss points of one cell along each axis.
 template <int D>
 Seed<D> seed_of(const SubCells<D>& cells, const Vec<D, std::vector<GaussPoint>>& rules, const Index<D>& k)
 {
@@ -149,7 +149,7 @@ Seed<D> seed_of(const SubCells<D>& cells, const Vec<D, std::vector<GaussPoint>>&
         for (int j = 0; j < point; ++j) below += rules[a][j].weight;
         seed.x[a] = cells.origin[a] + (cell + at) * cells.h[a];
         seed.volume *= weight * cells.h[a];
-        seed.edges(a, a) = std::min(at - below, below + weight - at) * cells.h[a];  // a box in it around the point
+        seed.edges(a, a) = std::min(at - below, below + weight - at) * cells.h[a];  // the largest centred box inside the sub-cell
     }
     return seed;
 }
@@ -179,7 +179,7 @@ std::vector<Seed<D>> fill(const Shape& shape, const SubCells<D>& cells)
     std::vector<Seed<D>> seeds;
     if (cells.gauss) {
         const auto rules = gauss_rules(cells);
-        for (int a = 0; a < D; ++a) first[a] -= 1, n[a] += 2;  // points are not in the middle
+        for (int a = 0; a < D; ++a) first[a] -= 1, n[a] += 2;  // points are not in the middle of sub-cells
         IndexBox<D>{{}, n}.for_each([&](const Index<D>& k) {
             const Seed<D> at = seed_of(cells, rules, k + first);
             if (shape.contains(at.x)) seeds.push_back(at);
@@ -193,8 +193,8 @@ std::vector<Seed<D>> fill(const Shape& shape, const SubCells<D>& cells)
     return seeds;
 }
 
-/// A box in equal sub-cells as close to those of the grid as fit it exactly, or in cells so with Gauss' points: the volume is
-/// exact wherever it lies.
+/// A box in equal sub-cells (with Gauss' rule: equal cells) that fit it exactly and are closest in size to those of the grid.
+/// The volume is exact wherever the box lies.
 template <int D>
 std::vector<Seed<D>> fill_box(const Bounds<D>& box, const SubCells<D>& cells)
 {
@@ -230,8 +230,8 @@ std::vector<Seed<D>> fill_box(const Bounds<D>& box, const SubCells<D>& cells)
     return seeds;
 }
 
-/// A ring or tube in polar cells: `radial` x `angular` (x `layers` in 3D). Volumes are those of the exact sectors; the
-/// half-edge vectors are radial and along the arc at the middle radius, so that 2^D |r1 x r2 ..| is the same volume.
+/// A ring or tube in polar cells: `radial` x `angular` (x `layers` in 3D). Volumes are those of the exact sectors. Half-edge
+/// vectors are radial and along the arc at the middle radius, so 2^D |r1 x r2 ..| is the same volume.
 template <int D>
 std::vector<Seed<D>> fill_polar(const Tube<D>& tube, int radial, int angular, int layers)
 {

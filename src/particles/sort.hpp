@@ -13,10 +13,10 @@
 
 namespace ordo {
 
-/// Puts `keys` (each below `key_end`) in order. The result has the place of the k-th before, equal keys as they were among
-/// each other; it is empty where all were in order.
-/// A counting sort by digits of 11 bits, lowest first: linear in the particles, whatever the size of the grid. There is one
-/// stable order, so that keys may be counted and moved in pieces by any number of threads.
+/// Sorts `keys` (each below `key_end`) and keeps the order of equal keys. Result k is the former place of the k-th key; the
+/// result is empty if all keys were in order.
+/// A counting sort by digits of 11 bits, lowest first: linear in the particles, whatever the size of the grid. The stable
+/// order is unique, so keys may be counted and moved in pieces by any number of threads.
 inline Array<int> sort_keys(Array<std::uint64_t>& keys, std::uint64_t key_end)
 {
     constexpr int bits             = 11;
@@ -57,8 +57,8 @@ inline Array<int> sort_keys(Array<std::uint64_t>& keys, std::uint64_t key_end)
     return order;
 }
 
-/// Puts every field in the given order: new[k] = old[order[k]]. Fields of one type take each other's memory in turn, for
-/// new pages cost more than the copy.
+/// Permutes every field: new[k] = old[order[k]]. Fields of one type reuse each other's memory, because new pages cost more
+/// than the copy.
 template <int D>
 void permute(Particles<D>& particles, const Array<int>& order)
 {

@@ -35,7 +35,7 @@ void require_materials(const CaseSpec<D>& spec)
     }
 }
 
-/// Gives nameless bodies a name.
+/// Also gives nameless bodies a name.
 template <int D>
 void require_bodies(CaseSpec<D>& spec)
 {
@@ -48,7 +48,7 @@ void require_bodies(CaseSpec<D>& spec)
     }
 }
 
-/// All but the faces of tractions and the free surface, which need the bodies.
+/// The model without loaded faces and free surface, which need the bodies.
 template <int D>
 Model<D> model_of(const CaseSpec<D>& spec)
 {
@@ -67,13 +67,13 @@ Model<D> model_of(const CaseSpec<D>& spec)
     return model;
 }
 
-/// Bodies before they are particles.
+/// Bodies before they become particles.
 template <int D>
 struct Seeded {
     std::vector<Seed<D>> seeds{};
     std::vector<int> body_of{};         ///< of each seed
-    std::vector<CellMesh<D>> meshes{};  ///< of bodies, where the method or tractions want them
-    std::vector<int> first{};           ///< particle of each body, and behind the last
+    std::vector<CellMesh<D>> meshes{};  ///< of bodies, if the method or tractions need them
+    std::vector<int> first{};           ///< first particle of each body, and the end of the last
 };
 
 template <int D>
@@ -125,8 +125,8 @@ void set_up_enrichment(const Model<D>& model, Particles<D>& p)
         fail(e.what());
     }
     if (count == 0)
-        fail("finds no interface: no two bodies share a corner. Meshes must conform, and shapes have the same cells on "
-             "both sides; or choose enrichment = \"all\" or a method without (cpdi2)");
+        fail("finds no interface: no two bodies share a corner. Meshes must conform, and shapes must have the same cells on "
+             "both sides; or choose enrichment = \"all\" or a method without enrichment (cpdi2)");
 }
 
 }  // namespace

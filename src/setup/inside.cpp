@@ -42,13 +42,14 @@ void require_in_periods(const BodySpec<D>& b, int k, const Bounds<D>& bounds, co
             fail(k, fmt::format("body \"{}\" overlaps itself: it is longer than the period {} of axis {}", b.name, period,
                                 "xyz"[a]));
         if (!(bounds.lower[a] >= low - period && bounds.upper[a] <= low + 2 * period))
-            fail(k, fmt::format("body \"{}\" lies outside the grid and the periods beside it: it runs from {:.6g} to {:.6g} "
+            fail(k, fmt::format("body \"{}\" lies outside the grid and the adjacent periods: it runs from {:.6g} to {:.6g} "
                                 "along axis {}, the grid from {} to {}; move the body",
                                 b.name, bounds.lower[a], bounds.upper[a], "xyz"[a], low, low + period));
     }
 }
 
-/// A seed on an axis that is not periodic. Sectors bulge over their parallelograms; there, and in meshes, the centre decides.
+/// Checks a seed on an axis that is not periodic. Polar cells are not their parallelograms: for them, and for meshes, only the
+/// centre is checked.
 template <int D>
 void require_seed_inside(const BodySpec<D>& b, int k, const Seed<D>& s, int a, const Model<D>& model)
 {
@@ -56,13 +57,14 @@ void require_seed_inside(const BodySpec<D>& b, int k, const Seed<D>& s, int a, c
     const double reach     = is_polar(b) || is_mesh(b) ? 0.0 : reach_of_domain(s)[a];
     const double low = model.origin[a], high = low + model.cells[a] * model.h[a];
     if (!(s.x[a] - reach >= low - tolerance && s.x[a] + reach <= high + tolerance))
-        fail(k, fmt::format("body \"{}\" lies outside the grid: its particle at {} reaches beyond {} to {} of axis "
+        fail(k, fmt::format("body \"{}\" lies outside the grid: its particle at {} reaches beyond the range {} to {} of axis "
                             "{}; move the body or enlarge [grid] size",
                             b.name, place_text(s.x), low, high, "xyz"[a]));
     for (const Boundary<D>& plane : model.boundaries)
         if (plane.axis == a && (plane.outer_is_above ? s.x[a] > plane.at + tolerance : s.x[a] < plane.at - tolerance))
-            fail(k, fmt::format("body \"{}\" lies beyond the boundary at {} = {}: its particle at {}; move the body or the plane",
-                                b.name, "xyz"[a], plane.at, place_text(s.x)));
+            fail(k,
+                 fmt::format("body \"{}\" lies beyond the boundary at {} = {}: a particle is at {}; move the body or the plane",
+                             b.name, "xyz"[a], plane.at, place_text(s.x)));
 }
 
 template <int D>
@@ -72,9 +74,10 @@ void require_mesh_inside(const BodySpec<D>& b, int k, const CellMesh<D>& mesh, c
         for (int a = 0; a < D; ++a) {
             const double low = model.origin[a], high = low + model.cells[a] * model.h[a], tolerance = 1e-9 * model.h[a];
             if (!model.periodic[a] && !(x[a] >= low - tolerance && x[a] <= high + tolerance))
-                fail(k, fmt::format("body \"{}\" lies outside the grid: its corner at {} lies beyond {} to {} of axis {}; "
-                                    "move the mesh or enlarge [grid] size",
-                                    b.name, place_text(x), low, high, "xyz"[a]));
+                fail(k,
+                     fmt::format("body \"{}\" lies outside the grid: its corner at {} is not in the range {} to {} of axis {}; "
+                                 "move the mesh or enlarge [grid] size",
+                                 b.name, place_text(x), low, high, "xyz"[a]));
         }
 }
 
@@ -96,8 +99,8 @@ void require_near(const BodySpec<D>& b, int k, const Bounds<D>& bounds, const Mo
         const double length = model.cells[a] * model.h[a], around = model.periodic[a] ? length : 0.0;
         const double low = model.origin[a] - around, high = model.origin[a] + length + around;
         if (!(bounds.upper[a] >= low && bounds.lower[a] <= high))
-            fail(k, fmt::format("body \"{}\" lies outside the grid: it runs from {:.6g} to {:.6g} along axis {}, between {} "
-                                "and {} it would meet the grid; move the body or enlarge [grid] size",
+            fail(k, fmt::format("body \"{}\" lies outside the grid: it runs from {:.6g} to {:.6g} along axis {}, but must meet "
+                                "the range {} to {}; move the body or enlarge [grid] size",
                                 b.name, bounds.lower[a], bounds.upper[a], "xyz"[a], low, high));
     }
 }

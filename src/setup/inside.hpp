@@ -1,4 +1,4 @@
-// Bodies must lie in the grid, in the periods beside it, and on the inner side of planes. Used by set-up.
+// Checks that bodies lie in the grid or in adjacent periods, and on the inner side of planes. Used by set-up.
 #pragma once
 
 #include "setup/seeding.hpp"
@@ -9,12 +9,12 @@ namespace ordo::setup {
 template <int D>
 Vec<D> reach_of_domain(const Seed<D>& s);
 
-/// A built-in shape must meet the grid, or the periods beside it, before it is looked through.
+/// Before a built-in shape is filled: it must meet the grid or an adjacent period. Throws SetupError.
 template <int D>
 void require_near(const BodySpec<D>& body, int k, const Bounds<D>& bounds, const Model<D>& model);
 
-/// Every particle, the corners of its domain and those of a mesh must lie in the grid, particles also on the inner side of every
-/// plane. Along periodic axes a body must be no longer than the period, and lie in it or in the next ones. Throw SetupError.
+/// Every particle, the corners of its domain and those of a mesh must lie in the grid; particles also on the inner side of every
+/// plane. Along periodic axes a body must be no longer than the period, and lie in it or in adjacent ones. Throws SetupError.
 template <int D>
 void require_inside(const BodySpec<D>& body, int k, const Filling<D>& filling, const Model<D>& model);
 

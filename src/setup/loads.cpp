@@ -16,13 +16,13 @@ namespace {
     throw SetupError(Part::traction, static_cast<int>(t), key, why);
 }
 
-/// What inner and outer faces are told by: a center, in 3D the axis through it where there is one.
+/// The reference for inner and outer faces: a center, or in 3D the axis through it if there is one.
 template <int D>
 struct Middle {
     std::optional<Vec<D>> center{};
     std::optional<int> axis{};
 
-    /// From the middle to the centre of a face.
+    /// The vector from the middle to the centre of a face.
     Vec<D> arm(const Vec<D>& face) const
     {
         Vec<D> r = center ? face - *center : face;
@@ -40,14 +40,14 @@ Middle<D> middle_of(const BodyShape<D>& shape)
     return {};
 }
 
-/// Whether a face looks the way that `where` says.
+/// Whether a face looks in the direction `where`.
 template <int D>
 bool looks(const BodyFace& where, const Vec<D>& normal, const Vec<D>& from_center)
 {
     if (where.kind == BodyFace::all) return true;
     if (where.kind != BodyFace::along_axis) {
         const double cosine = dot(normal, from_center) / norm(from_center);
-        return where.kind == BodyFace::inner ? cosine < -0.01 : cosine > 0.01;  // every stair of a round body, no side of a part
+        return where.kind == BodyFace::inner ? cosine < -0.01 : cosine > 0.01;  // all stairs of a round body, no cut of a sector
     }
     const double along = normal[where.axis];
     for (int a = 0; a < D; ++a)
@@ -67,7 +67,7 @@ Bounds<D> extent_of(const CellMesh<D>& mesh)
     return extent;
 }
 
-/// Where a body fills a periodic axis, its ends meet: they are no surface.
+/// The ends of a body that fills a periodic axis meet: they are no surface.
 template <int D>
 bool is_on_seam(const Model<D>& model, const Bounds<D>& extent, const Vec<D>& normal, const Vec<D>& center)
 {
@@ -135,7 +135,7 @@ void load_faces(const std::vector<TractionSpec<D>>& tractions, const BodySpec<D>
         for (std::size_t f = 0; f < found.size(); ++f)
             if (!found[f])
                 fail(t, "face",
-                     fmt::format("body \"{}\" has no face that looks to {}; choose another, or \"all\"", body.name,
+                     fmt::format("body \"{}\" has no face \"{}\"; choose another, or \"all\"", body.name,
                                  traction.faces[f].name()));
     }
 }

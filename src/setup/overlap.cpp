@@ -15,7 +15,7 @@ namespace ordo::setup {
 
 namespace {
 
-/// The seeds that may overlap others, in bins of a grid cell.
+/// The seeds that may overlap others, in bins of the size of a grid cell.
 template <int D>
 class Candidates {
   public:
@@ -120,7 +120,7 @@ template <int D>
 void require_apart(const std::vector<BodySpec<D>>& bodies, std::vector<Seed<D>> seeds, const std::vector<int>& body,
                    const Model<D>& model)
 {
-    // The seed of a mesh's cell is a box of its volume, which pokes out where the cell is slender: less than half of it counts.
+    // The seed of a mesh cell is a box of its volume, which reaches out of slender cells: less than half of it counts.
     for (std::size_t i = 0; i < seeds.size(); ++i)
         if (is_mesh(bodies[body[i]])) seeds[i].edges *= 0.4;
     Candidates<D>(bodies, seeds, body, model).require_apart();

@@ -22,8 +22,8 @@ void set_up_splines(const CaseSpec<D>& spec, Model<D>& model, int particles)
     double cells = 1;
     for (int a = 0; a < D; ++a) cells *= model.cells[a];
     if (model.surface.empty() && cells > particles)
-        fail(fmt::format("fits splines on {} cells to {} particles, and wants two or more a cell along each axis: let the "
-                         "bodies fill the grid, or take one of shape box, ball, ring or cylinder",
+        fail(fmt::format("fits splines on {} cells to {} particles, but needs two or more per cell along each axis: let the "
+                         "bodies fill the grid, or use a single body of shape box, ball, ring or cylinder",
                          cells, particles));
     try {
         require_spline_model(model);
@@ -54,7 +54,7 @@ std::unique_ptr<Scheme<D>> make(Model<D> model)
     return std::make_unique<S>(std::move(model));
 }
 
-/// Of several rows for a method the first counts.
+/// The first row that fits a method counts.
 template <int D>
 constexpr SchemeRow<D> kSchemes[] = {
     {is_spline_fit, make<SplineScheme<D>, D>, setup::set_up_splines<D>},

@@ -48,7 +48,7 @@ void require_shape(const TubeShape<D>& shape, int k)
     if (D == 3 && !(tube.bottom < tube.top)) fail(k, "height", "must be positive");
 }
 
-/// The sub-cells in the bounds of a shape must not be more than there may be particles.
+/// The bounds of a shape must meet the grid and hold at most `most` sub-cells.
 template <int D>
 void require_fillable(const BodySpec<D>& b, int k, const Bounds<D>& bounds, const SubCells<D>& cells, const Model<D>& model,
                       double most)
@@ -59,7 +59,7 @@ void require_fillable(const BodySpec<D>& b, int k, const Bounds<D>& bounds, cons
     require_count(k, count, most);
 }
 
-/// As many polar cells as the grid's sub-cells would give at the middle radius, or as the shape says.
+/// Polar cells: as many as the shape says, else about as large as the grid's sub-cells at the middle radius.
 template <int D>
 Filling<D> fill_polar_cells(const TubeShape<D>& shape, int k, const SubCells<D>& cells, double most)
 {
@@ -76,7 +76,7 @@ Filling<D> fill_polar_cells(const TubeShape<D>& shape, int k, const SubCells<D>&
     const int layers  = D == 3 ? count(shape.layers, tube.top - tube.bottom, cells.h[tube.axis] / cells.n[tube.axis]) : 1;
     if ((tube.to - tube.from) / angular > 60 * kDegree * (1 + 1e-12))
         fail(k, "angular",
-             fmt::format("makes cells of {:.3g} degrees; at most 60 are allowed, for a domain is drawn with straight sides",
+             fmt::format("makes cells of {:.3g} degrees; at most 60 are allowed, because domains have straight sides",
                          (tube.to - tube.from) / angular / kDegree));
     return {fill_polar(tube, radial, angular, layers), polar_cells(tube, radial, angular, layers), {}};
 }

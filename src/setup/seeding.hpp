@@ -7,7 +7,7 @@
 
 namespace ordo::setup {
 
-/// What a body is made of. Without corners and mesh, corners are those of the seeds' parallelepipeds.
+/// The parts of a body. Without corners and mesh, corners are those of the seeds' parallelepipeds.
 template <int D>
 struct Filling {
     std::vector<Seed<D>> seeds{};
@@ -15,7 +15,7 @@ struct Filling {
     CellMesh<D> mesh{};
 };
 
-/// Fills body k; takes particles and meshes out of it. Throws SetupError where a shape makes no sense, misses the grid, holds no
+/// Fills body k; moves particles and meshes out of it. Throws SetupError if a shape is invalid, misses the grid, or holds no
 /// particle or more than `most_particles`.
 template <int D>
 Filling<D> fill_body(BodySpec<D>& body, int k, const Model<D>& model, double most_particles);
@@ -24,10 +24,10 @@ Filling<D> fill_body(BodySpec<D>& body, int k, const Model<D>& model, double mos
 template <int D>
 CellMesh<D> mesh_body(const Filling<D>& filling, int k, const MethodSpec& method);
 
-/// Throws SetupError where there would be more particles than `most`.
+/// Throws SetupError if there would be more particles than `most`.
 void require_count(int k, double count, double most);
 
-/// Whether the cells of a body are polar: sectors bulge over the domains of their seeds.
+/// Whether the cells of a body are polar, which differ from the domains of their seeds.
 template <int D>
 bool is_polar(const BodySpec<D>& body)
 {

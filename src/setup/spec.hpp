@@ -1,5 +1,5 @@
-// What a case is made of, on plain structs: method, grid, materials, bodies, conditions, tractions, times. io fills them from a
-// file, a program fills them by hand, and setup/build.hpp checks them. Knows no files and no expressions.
+// A case as plain structs: method, grid, materials, bodies, conditions, tractions, times. io fills them from a file, a program
+// fills them by hand, and setup/build.hpp checks them. Knows no files and no expressions.
 #pragma once
 
 #include "base/error.hpp"
@@ -17,8 +17,8 @@ namespace ordo::setup {
 
 enum class Part { grid, method, time, material, boundary, traction, body };
 
-/// What is wrong with a case, and with which key of which of its parts: "body[1].shape: .." for programs. io says where the key
-/// stands in the file instead.
+/// What is wrong with a case, in which part and key. For programs the message begins with "body[1].shape: .."; io replaces this
+/// by the place in the file.
 struct SetupError : InputError {
     SetupError(Part part, int index, std::string_view key, std::string_view why, int component = -1);
 
@@ -29,8 +29,8 @@ struct SetupError : InputError {
     int component;  ///< of the field that is wrong, -1 for the key as a whole
 };
 
-/// A ring in 2D, a cylinder or tube in 3D, or a part of one. Polar cells need a hole; without numbers they are about as large
-/// as the grid's sub-cells.
+/// A ring in 2D, a cylinder or tube in 3D, or a part of one. Polar cells need a hole; if their numbers are not given, they are
+/// about as large as the grid's sub-cells.
 template <int D>
 struct TubeShape {
     Tube<D> tube{};
@@ -38,7 +38,7 @@ struct TubeShape {
     std::optional<int> radial{}, angular{}, layers{};
 };
 
-/// The cells of a mesh. Faces `inner` and `outer` are told from its center, in 3D across its axis where it has one.
+/// The cells of a mesh. Its center, or in 3D its axis if given, distinguishes faces `inner` and `outer`.
 template <int D>
 struct MeshShape {
     CellMesh<D> mesh{};
@@ -46,19 +46,19 @@ struct MeshShape {
     std::optional<int> axis{};
 };
 
-/// A box, a ball, a tube, particles as they are, or the cells of a mesh.
+/// A box, a ball, a tube, given particles, or the cells of a mesh.
 template <int D>
 using BodyShape = std::variant<Bounds<D>, Ball<D>, TubeShape<D>, std::vector<Seed<D>>, MeshShape<D>>;
 
 template <int D>
 struct BodySpec {
     BodyShape<D> shape;
-    std::string name{};               ///< in messages; without it "body" and the number
+    std::string name{};               ///< for messages; by default "body" and the number
     int material                = 0;  ///< index in CaseSpec::materials
     Index<D> particles_per_cell = Index<D>::filled(2);
     bool gauss                  = false;  ///< particles at Gauss' points of the cells, not in the middle of sub-cells
     VectorField<D> velocity{};            ///< at the start, m/s
-    VectorField<D> body_force{};          ///< per mass, beside gravity, m/s^2
+    VectorField<D> body_force{};          ///< per mass, in addition to gravity, m/s^2
 };
 
 enum class FaceType { fixed, symmetry, velocity, periodic, free };
@@ -70,10 +70,11 @@ struct BoundarySpec {
     bool is_above = false;  ///< the face with the larger coordinate
     FaceType type = FaceType::fixed;
     std::optional<double> at{};                   ///< m
-    std::array<std::optional<Field>, D> value{};  ///< of type velocity, m/s; components without a value stay free
+    std::array<std::optional<Field>, D> value{};  ///< for type velocity, m/s; components without a value stay free
 };
 
-/// Which outer faces of a body: all, those that look to or from its center, or those whose normal points most along an axis.
+/// Which outer faces of a body: all, those that look towards its center or away from it, or those whose normal points mostly
+/// along an axis.
 struct BodyFace {
     enum Kind { all, inner, outer, along_axis };
     Kind kind     = all;
@@ -92,11 +93,11 @@ struct TractionSpec {
 
 struct TimeSpec {
     double end = 0.0;            ///< s
-    std::optional<double> dt{};  ///< s; without it steps follow from `cfl`
-    double cfl = 0.4;            ///< part of the method's Courant number
+    std::optional<double> dt{};  ///< s; if not given, `cfl` determines the steps
+    double cfl = 0.4;            ///< fraction of the method's Courant number
 };
 
-/// All of a case.
+/// A whole case.
 template <int D>
 struct CaseSpec {
     MethodSpec method{};
@@ -109,10 +110,10 @@ struct CaseSpec {
     TimeSpec time{};
 };
 
-/// "x-min" and the like.
+/// Such as "x-min".
 std::string face_name(int axis, bool is_above);
 
-/// What a step works on, checked.
+/// The checked input of a simulation.
 template <int D>
 struct Built {
     Model<D> model;

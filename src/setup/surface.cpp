@@ -60,9 +60,8 @@ struct Surface {
         if constexpr (D == 3) add_faces(tube.axis, tube.bottom, tube.top);
         if (!(tube.to - tube.from < 2 * std::numbers::pi * (1 - 1e-12))) return;
         if (tube.to - tube.from > std::numbers::pi * (1 + 1e-12))
-            throw SetupError(
-                Part::body, 0, "angle",
-                "leaves a notch in the body: splines that are fitted to particles take parts of at most 180 degrees");
+            throw SetupError(Part::body, 0, "angle",
+                             "leaves a notch in the body: with splines fitted to particles a part may have at most 180 degrees");
         for (const auto& [angle, sign] : {std::pair{tube.from, 1.0}, {tube.to, -1.0}}) {
             Vec<D> normal{};
             normal[tube.first()]  = sign * std::sin(angle);

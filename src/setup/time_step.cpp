@@ -26,8 +26,7 @@ void require_stable(const TimeSpec& time, const Model<D>& model, const Particles
                                "the particle speed; use a smaller step, or cfl = 0.4",
                                *time.dt, limit, stable_courant_number(model)));
     const double steps = time.end / time_step(time, model, particles);
-    if (!(steps <= 1e12))
-        fail("end", fmt::format("takes about {:.1g} steps of the time step; use a larger step or a shorter time", steps));
+    if (!(steps <= 1e12)) fail("end", fmt::format("takes about {:.1g} time steps; use a larger step or a shorter time", steps));
 }
 
 template double time_step(const TimeSpec&, const Model<1>&, const Particles<1>&);

@@ -1,4 +1,4 @@
-// The time step that a case asks for, and whether its method allows it. Used by set-up and by Simulation.
+// The time step of a case, and whether its method allows it. Used by set-up and by Simulation.
 #pragma once
 
 #include "setup/spec.hpp"
@@ -9,7 +9,7 @@ namespace ordo::setup {
 template <int D>
 double time_step(const TimeSpec& time, const Model<D>& model, const Particles<D>& particles);
 
-/// Throws SetupError where a step is above the limit of the method, or the end is too many steps away.
+/// Throws SetupError if the step is above the limit of the method, or the end is too many steps away.
 template <int D>
 void require_stable(const TimeSpec& time, const Model<D>& model, const Particles<D>& particles);
 

@@ -1,13 +1,12 @@
-// Points with other slopes than those of their functions. Gradient `affine`: phi_ip = N_i(x_p) with the gradient
-// w_i D_p^-1 (x_i - x_p) of the affine matrix, in forces and in L_p (MLS-MPM, Hu et al. 2018). Exact for linear fields, as that
-// of the functions is.
+// Points whose slopes are not those of their functions. Gradient `affine`: phi_ip = N_i(x_p) with the gradient
+// w_i D_p^-1 (x_i - x_p) of the affine matrix, in forces and in L_p (MLS-MPM, Hu et al. 2018). Exact for linear fields, like the
+// gradient of the functions.
 #pragma once
 
 #include "shape/point.hpp"
 
 namespace ordo {
 
-/// Where a node is.
 template <int D>
 ORDO_FLAT inline Vec<D> place_of_node(const Lattice<D>& g, std::ptrdiff_t node)
 {
@@ -17,7 +16,8 @@ ORDO_FLAT inline Vec<D> place_of_node(const Lattice<D>& g, std::ptrdiff_t node)
     return x;
 }
 
-/// Slopes w_k (x_k - x_p), m: their sums with velocities are the matrix B_p, and momenta that they spread turn with a matrix.
+/// Slopes w_k (x_k - x_p), m. Collected with velocities they give the matrix B_p; a scatter of m v with flux m C leaves
+/// affine momenta at the nodes.
 struct Arms {
     template <class Basis, int D, class T, class Cell>
     ORDO_FLAT static void set(const Lattice<D>& g, int a, const T& y, const Cell& cell, const T (&w)[Basis::width],
@@ -26,7 +26,7 @@ struct Arms {
         for (int k = 0; k < Basis::width; ++k) dw[k] = w[k] * distance<Basis>(g, a, k, y, cell) * g.h[a];
     }
 
-    /// From a place to node k of its row, cells.
+    /// The distance from a place to node k of its row, cells.
     template <class Basis, int D>
     ORDO_FLAT static double distance(const Lattice<D>& g, int a, int k, double y, int cell)
     {
@@ -40,8 +40,8 @@ struct Arms {
     }
 };
 
-/// Slopes w_k (x_k - x_p)/D_p, 1/m, with D_p = sum_k w_k (x_k - x_p)^2 along an axis: D_p is diagonal for products of weights whose
-/// first moments vanish. It is summed, not h^2/4: that is wrong near clamped faces.
+/// Slopes w_k (x_k - x_p)/D_p, 1/m, with D_p = sum_k w_k (x_k - x_p)^2 along an axis: D_p is diagonal for products of weights
+/// whose first moments vanish. D_p is summed, because h^2/4 is wrong near clamped faces.
 struct AffineSlopes {
     template <class Basis, int D, class T, class Cell>
     ORDO_FLAT static void set(const Lattice<D>& g, int a, const T& y, const Cell& cell, const T (&w)[Basis::width],
@@ -65,7 +65,7 @@ struct AffineSlopes {
 template <int D, class Basis>
 using PointWithArms = Point<D, Basis, Arms>;
 
-/// Of splines: hats leave the matrix undetermined on a node.
+/// For splines only: with hats D_p is singular at a node.
 template <int D, class Basis>
 requires(Basis::degree > 1) using AffinePoint = Point<D, Basis, AffineSlopes>;
 

@@ -12,8 +12,7 @@
 
 namespace ordo {
 
-/// The means of a basis over [low, high] of one axis and their slopes per cell: f(k, w, dw) for count functions from `first`
-/// on. Every function that the interval touches is among them.
+/// The means of a basis over [low, high] along one axis and their slopes per cell, for all functions that the interval touches.
 template <class Basis>
 struct IntervalMean {
     /// The first function and the number of cells that the interval touches.
@@ -56,8 +55,8 @@ struct IntervalMean<Hat> {
     {
         return larger(T(0.0), 1 - fabs(t));
     }
-    /// The integral of the hat over [a, b], of each side by itself: without cancellation near its ends, where a box on a cell
-    /// face would else leave a gradient without weight at the node beyond.
+    /// The integral of the hat over [a, b], each side by itself, which avoids cancellation near the ends of the hat. Otherwise a
+    /// box that ends at a cell face could leave a gradient but no weight at the node beyond.
     template <class T>
     ORDO_FLAT static T hat_integral(const T& a, const T& b)
     {
@@ -92,13 +91,13 @@ struct IntervalMean<Hat> {
 template <int D, class Basis>
 struct Box {
     static constexpr int dim = D;
-    /// The widest box in cells from centre to side; beyond it the run ends with a NumericalError.
+    /// The largest distance in cells from centre to side; beyond it the run ends with a NumericalError.
     static constexpr double max_reach = 7.0;
     static constexpr int max_count    = 15 + Basis::degree;
-    /// The widest whose ends are in neighbouring cells, whatever the rounding.
+    /// Up to this half-length in cells both ends lie in the same or in neighbouring cells, whatever the rounding.
     static constexpr double most_of_three_nodes = 0.5 - 1e-9;
 
-    /// Not a number where a stretched box has turned over.
+    /// NaN if a stretched box has turned over.
     ORDO_FLAT static Lanes reach(const Lattice<D>& g, const ParticleView<D>& p, const Batch& b)
     {
         const Vec<D, Lanes> half = load(p.half, b);
@@ -153,7 +152,7 @@ struct Box {
         }
     }
 
-    /// f(stencil): degree + 2 nodes an axis suffice for boxes up to a cell wide.
+    /// f(stencil): degree + 2 nodes per axis suffice for boxes up to a cell wide.
     template <class F>
     ORDO_FLAT static void with_stencil(const Lattice<D>& g, const ParticleView<D>& p, int i, F&& f)
     {

@@ -1,5 +1,5 @@
 // Basis `bspline2`, `bspline3`: splines of one axis with clamped knots, n + degree functions over n cells. The first and the
-// last interpolate the grid's faces; on a periodic axis all are alike.
+// last function are 1 at the grid's faces; on a periodic axis all functions are alike.
 #pragma once
 
 #include "grid/cox_de_boor.hpp"
@@ -8,7 +8,7 @@
 namespace ordo {
 
 /// Splines of degree P; a basis gives rows of (first node, values, slopes per cell). Beyond a face of the grid they keep the
-/// values of the face: a domain that overhangs has its part there count at the face, with weights that stay positive.
+/// values of the face: the overhanging part of a domain counts at the face, and weights stay positive.
 template <int P>
 struct BSpline {
     static_assert(P == 2 || P == 3);
@@ -34,7 +34,7 @@ struct BSpline {
         return row(g, a, y, w, dw);
     }
 
-    /// The same at eight places, with the cells as whole numbers; false where one is near a face: then one by one.
+    /// The same at eight places, with the cells as whole numbers. Returns false if one is near a face: use `row` then.
     template <int D>
     ORDO_FLAT static bool rows(const Lattice<D>& g, int a, const Lanes& y, Lanes& cell, Lanes (&w)[width], Lanes (&dw)[width])
     {
@@ -54,7 +54,7 @@ struct BSpline {
         return rows(g, a, y, cell, w, dw);
     }
 
-    /// The cell of y, which is moved to the grid, and the number of cells before and after it.
+    /// Moves y into the grid; returns its cell and sets the number of cells before and after it.
     template <int D>
     ORDO_FLAT static int locate(const Lattice<D>& g, int a, double& y, int& before, int& after)
     {
@@ -67,7 +67,7 @@ struct BSpline {
         return cell;
     }
 
-    /// Between evenly spaced knots.
+    /// Rows between evenly spaced knots.
     template <class T>
     ORDO_FLAT static void inner(const T& t, T (&w)[width], T (&dw)[width])
     {
@@ -91,7 +91,7 @@ struct BSpline {
         }
     }
 
-    /// Next to a face.
+    /// Rows next to a face.
     ORDO_FLAT static void clamped(double t, int before, int after, double (&w)[width], double (&dw)[width])
     {
         double left[P + 1], right[P + 1];

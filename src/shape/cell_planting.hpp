@@ -1,4 +1,4 @@
-// Particles that are cells of a mesh: mass, volume and place from the corners.
+// Particles that are cells of a mesh: mass, volume and position from the corners.
 #pragma once
 
 #include "particles/cell_seeding.hpp"
@@ -12,8 +12,8 @@
 
 namespace ordo {
 
-/// A cell as a seed: for domains that have no corners of their own. Half-edges are those of the cell in its middle, of the
-/// same volume; of a simplex those of a cube.
+/// A cell as a seed, for domains that have no corners of their own. Half-edges are those in the middle of the cell (for a
+/// simplex those of a cube), scaled to the volume of the cell.
 template <int D>
 Seed<D> seed_of(const CellMesh<D>& mesh, const CornerIds<D>& cell)
 {
@@ -42,9 +42,9 @@ std::vector<Seed<D>> seeds_of(const std::vector<CornerPoints<D>>& cells)
     return seeds;
 }
 
-/// Makes particles [first, first + cells) of `p` from a mesh: place, mass, volume, corners and number. V0 is the volume
-/// between the corners. The corners of the mesh come behind those that `p` has already; of the cells that share one the
-/// first stands for it as a sample.
+/// Makes particles [first, first + cells) of `p` from a mesh: position, mass, volume, corners and number. V0 is the volume
+/// between the corners. The corners of the mesh are appended to those of `p`. A shared corner is a sample of the first cell
+/// that has it.
 template <int D>
 void plant_cells(Particles<D>& p, int first, const CellMesh<D>& mesh, double density)
 {

@@ -1,6 +1,6 @@
-// Domain `cell` (CPDI2): what a cell given by its corners x_c gives to each, w_c = (1/V) int N_c dV and
+// Domain `cell` (CPDI2): the weights of the corners x_c of a cell, w_c = (1/V) int N_c dV and
 // g_c = (1/V) int grad N_c dV, so that phi_ip = sum_c w_c N_i(x_c) and grad phi_ip = sum_c g_c N_i(x_c) (Sadeghirad,
-// Brannon & Guilkey 2013, 17-22). Closed forms, evaluated by every particle in every pass. Knows no grid.
+// Brannon & Guilkey 2013, 17-22). Closed forms, evaluated for every particle in every pass. Knows no grid.
 #pragma once
 
 #include "base/lanes.hpp"
@@ -17,13 +17,13 @@ struct CellWeights {
     int count;         ///< corners
     double w[1 << D];  ///< sum 1
     Vec<D> g[1 << D];  ///< sum 0
-    double V;          ///< geometric volume, m^D, negative for an inverted cell; w and g mean nothing where it is 0
-    /// V > 0, finite, and the Jacobian positive at every corner: that is everywhere for a quadrilateral (it is convex), while
-    /// a hexahedron can still fold inside (Knupp 1990).
+    double V;          ///< geometric volume, m^D, negative for an inverted cell; w and g are undefined if it is 0
+    /// V is positive and finite, and the Jacobian is positive at every corner. Then it is positive everywhere in a quadrilateral
+    /// (which is convex), but a hexahedron can still fold inside (Knupp 1990).
     bool is_sound;
 };
 
-/// The places of a cell's corners; those that a simplex does not have are zero.
+/// The positions of a cell's corners; zero for corners that a simplex does not have.
 template <int D>
 ORDO_FLAT inline void get_corners(const CornerIds<D>& cell, const Vec<D>* corners, Vec<D> (&x)[1 << D])
 {
@@ -71,8 +71,8 @@ ORDO_FLAT inline CellWeights<2> quadrilateral_weights(const Vec<2> (&x)[4])
     return {4, {0.25 - u - v, 0.25 + u - v, 0.25 - u + v, 0.25 + u + v}, {-g3, g1, -g1, g3}, V, is_sound};
 }
 
-/// s_m: for each corner of a hexahedron the product of its sides (-1 or 1) along the axes whose bits are set in m. Spelt
-/// out, because g++ 12 computes these constants anew in each call if they come from a loop (measured: 170 ns a hexahedron, not 110).
+/// s_m: for each corner of a hexahedron the product of its signs (-1 or 1) along the axes whose bits are set in m. Spelt out,
+/// because g++ 12 recomputes these constants in each call if a loop makes them (measured: 170 instead of 110 ns a hexahedron).
 struct CornerSigns {
     Lanes s[8] = {make_lanes(1, 1, 1, 1, 1, 1, 1, 1),     make_lanes(-1, 1, -1, 1, -1, 1, -1, 1),
                   make_lanes(-1, -1, 1, 1, -1, -1, 1, 1), make_lanes(1, -1, -1, 1, 1, -1, -1, 1),
@@ -83,7 +83,7 @@ struct CornerSigns {
 };
 
 /// A hexahedron is x(xi) = sum_m a_m xi^m with xi in [-1, 1]^3, where xi^m is the product of the coordinates whose bits are
-/// set in m. Gives a_1 to a_7; differences first, for cells far from the origin.
+/// set in m. Gives a_1 to a_7. Differences are taken first, so cells far from the origin lose no digits.
 ORDO_FLAT inline void hexahedron_modes(const Vec<3> (&x)[8], Vec<3> (&a)[8])
 {
     for (int c = 0; c < 8; ++c) a[c] = 0.125 * (x[c] - x[0]);
@@ -111,7 +111,7 @@ ORDO_FLAT inline void gradient_moments(const Vec<3> (&a)[8], Vec<3> (&G)[8])
     G[6]        = third * (cross(a[4], a[5]) - cross(a[2], a[3]));
 }
 
-/// det dx/dxi of a hexahedron at the eight points xi = +-s.
+/// det dx/dxi of a hexahedron at the eight points xi = (+-s, +-s, +-s).
 ORDO_FLAT inline Lanes jacobians(const Vec<3> (&a)[8], double s)
 {
     const CornerSigns signs;
@@ -126,7 +126,7 @@ ORDO_FLAT inline Lanes jacobians(const Vec<3> (&a)[8], double s)
            J[0][2] * (J[1][0] * J[2][1] - J[1][1] * J[2][0]);
 }
 
-/// w_c of a hexahedron. The Jacobian times N_c has degree 3 in each coordinate: two Gauss points an axis are exact.
+/// w_c of a hexahedron. The Jacobian times N_c has degree 3 in each coordinate, so two Gauss points per axis are exact.
 ORDO_FLAT inline void weigh_corners(const Vec<3> (&a)[8], double inverse_volume, double (&w)[8])
 {
     constexpr double gauss = 0.57735026918962576451;  // 1/sqrt(3)
@@ -182,8 +182,8 @@ ORDO_FLAT inline CellWeights<D> exact_weights(const Vec<D> (&x)[1 << D], bool is
     return cell_weights<D, true>(x, is_simplex);
 }
 
-/// The average of the corners for w_c (Sadeghirad et al. 2013, 21), the mean gradient for g_c. The average is exact for
-/// parallelepipeds and simplices only; with it sum_c w_c x_c is not the centroid.
+/// Equal w_c (Sadeghirad et al. 2013, 21) and the mean gradients g_c. Equal weights are exact for parallelepipeds and simplices
+/// only; for other cells sum_c w_c x_c is not the centroid.
 template <int D>
 ORDO_FLAT inline CellWeights<D> mean_weights(const Vec<D> (&x)[1 << D], bool is_simplex)
 {

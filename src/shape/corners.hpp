@@ -1,5 +1,6 @@
 // Domains with corners: phi_ip = sum_c w_c N_i(x_c), grad phi_ip = sum_c g_c N_i(x_c).
-// A particle leaves a charge at each corner, which is spread with plain hats: no gradient, no search for duplicate nodes.
+// A particle leaves a charge at each corner, which is spread with the values of the basis alone: no gradient, no search for
+// duplicate nodes.
 #pragma once
 
 #include "shape/bspline.hpp"
@@ -26,8 +27,8 @@ ORDO_FLAT inline Lanes corner_reach(const Lattice<D>& g, const Mat<D, Lanes>& r)
     return reach;
 }
 
-/// The side of each corner of a box or parallelepiped along its edge d, -1 or 1: bit d of the corner, which is the lane. With
-/// fewer than eight corners they come again.
+/// The sign of each corner of a box or parallelepiped along its edge d, -1 or 1, from bit d of the corner. Lanes are corners;
+/// fewer than eight corners are repeated.
 ORDO_FLAT inline Lanes corner_side(int d)
 {
     return d == 0   ? make_lanes(-1, 1, -1, 1, -1, 1, -1, 1)
@@ -35,7 +36,7 @@ ORDO_FLAT inline Lanes corner_side(int d)
                     : make_lanes(-1, -1, -1, -1, 1, 1, 1, 1);
 }
 
-/// f(c, stencil) for `count` corners in cell coordinates y, one a lane: the values of the basis there.
+/// f(c, stencil) for `count` corners at cell coordinates y, one per lane; stencils hold the values of the basis.
 template <int D, class Basis, class F>
 ORDO_FLAT inline void for_each_corner_stencil(const Lattice<D>& g, const Vec<D, Lanes>& y, int count, F&& f)
 {
@@ -60,7 +61,7 @@ ORDO_FLAT inline void for_each_corner_stencil(const Lattice<D>& g, const Vec<D, 
     }
 }
 
-// A corner stands on the grid, with the values of the basis there, or is a node itself.
+// A corner is given by the values of the basis at its position, or by a node number if it is a node itself.
 template <int D, int W, class F>
 ORDO_FLAT inline void visit_corner(Stencil<D, W>& s, const Lattice<D>& g, F&& visit)
 {
@@ -103,7 +104,7 @@ struct Parallelepiped {
     static constexpr int dim          = D;
     static constexpr int corner_count = 1 << D;
     static constexpr double w         = 1.0 / corner_count;
-    /// Corners further away than this many cells make tiles so wide that the run rather ends with a NumericalError.
+    /// Corners further away than this many cells would need too wide tiles: the run ends with a NumericalError.
     static constexpr double max_reach = 30.0;
 
     ORDO_FLAT static Lanes reach(const Lattice<D>& g, const ParticleView<D>& p, const Batch& b)
@@ -111,11 +112,11 @@ struct Parallelepiped {
         return corner_reach(g, load(p.edges, b));
     }
 
-    /// The columns are the dual vectors r^d times 2^-D.
+    /// Its columns are the dual vectors r^d times 2^-D.
     ORDO_FLAT static Mat<D> scaled_duals(const Mat<D>& r) { return cofactor(r) * (w / det(r)); }
     ORDO_FLAT static double sign(int corner, int d) { return corner >> d & 1 ? 1.0 : -1.0; }
 
-    /// f(corner, first node, rows): the hats at each corner.
+    /// f(corner, stencil) for each corner.
     template <class F>
     ORDO_FLAT static void for_each_corner(const Lattice<D>& g, const ParticleView<D>& p, int i, F&& f)
     {
@@ -184,16 +185,16 @@ struct Parallelepiped {
 static_assert(Shape<Parallelepiped<2, Hat>>);
 
 /// Domain `cell` (CPDI2, CPDI-T): a cell of a mesh whose corners are shared and move with the grid. Weights of the corners
-/// are integrals over the cell, or their mean (Sadeghirad et al. 2013); gradients are exact means. V_p is the volume of the
-/// cell: with J V0 uniform stress would leave forces inside. With `is_enriched` corners may be nodes of their own (Sadeghirad
-/// et al. 2013, sec. 4).
+/// are integrals over the cell, or all equal (Sadeghirad et al. 2013); gradients are exact means. V_p is the volume of the
+/// cell: with J V0 a uniform stress would leave forces inside. With `is_enriched` corners may be nodes of their own
+/// (Sadeghirad et al. 2013, sec. 4).
 template <int D, class Basis, bool is_exact, bool is_enriched = false>
 struct Cell {
     static constexpr int dim          = D;
     static constexpr int corner_count = 1 << D;
     static constexpr double max_reach = 30.0;
 
-    /// The corners of particle i. On a periodic axis corners keep their way, while particles are put back into the period.
+    /// The corners of particle i. On periodic axes particles are put back into the period, but stored corners are not.
     ORDO_FLAT static void get(const Lattice<D>& g, const ParticleView<D>& p, int i, Vec<D> (&x)[corner_count])
     {
         get_corners(p.cell[i], p.corner, x);
@@ -202,13 +203,13 @@ struct Cell {
             if (g.periodic[a])
                 for (Vec<D>& c : x) c[a] -= p.turns[i][a] * (g.cells[a] * g.h[a]);
     }
-    /// A choice at run time would cost `fem` a fifth of its speed (measured).
+    /// `is_exact` is a template parameter: testing it at run time would cost `fem` a fifth of its speed (measured).
     ORDO_FLAT static CellWeights<D> weights(const ParticleView<D>& p, int i, const Vec<D> (&x)[corner_count])
     {
         return cell_weights<D, is_exact>(x, p.cell[i].is_simplex());
     }
 
-    /// Not a number where the cell has turned over or folded.
+    /// NaN if the cell has turned over or folded.
     ORDO_FLAT static Lanes reach(const Lattice<D>& g, const ParticleView<D>& p, const Batch& b)
     {
         return each_particle(b, [&](int i) { return reach_of(g, p, i); });
@@ -225,7 +226,7 @@ struct Cell {
         return r;
     }
 
-    /// Sets the volume of particle i from its corners; returns where it is, sum w_c x_c.
+    /// Sets the volume of particle i from its corners; returns its position, sum w_c x_c.
     ORDO_FLAT static Vec<D> settle(const Lattice<D>& g, const ParticleView<D>& p, int i)
     {
         Vec<D> x[corner_count], center{};
@@ -236,8 +237,8 @@ struct Cell {
         return x[0] + center;
     }
 
-    /// The node of an enriched corner for particle i, -1 of others: on a periodic axis particles that are a period apart meet in
-    /// images of it, for they may be in tiles of one colour.
+    /// The node of a corner of particle i if the corner is enriched, else -1. On a periodic axis particles that are an odd number
+    /// of periods apart write to different images of the node, because they may be in tiles of one colour.
     ORDO_FLAT static std::ptrdiff_t own_node(const Lattice<D>& g, const ParticleView<D>& p, int i, int corner)
     {
         if (!p.corner_node) return -1;
@@ -252,7 +253,7 @@ struct Cell {
         return node;
     }
 
-    /// f(w_c, g_c, place) for each corner; the place is a stencil or a node.
+    /// f(w_c, g_c, place) for each corner; `place` is a stencil or a node.
     template <class F>
     ORDO_FLAT static void for_each_corner(const Lattice<D>& g, const ParticleView<D>& p, int i, F&& f)
     {

@@ -9,10 +9,10 @@
 namespace ordo {
 
 /// Along each axis grad~ N_i = alpha grad N_i + (1 - alpha) sum_j N_j(x) (1/V_j) int N_j grad N_i, the sum along that axis,
-/// times the plain hats of the others. alpha = a0 (1 - xi^2), xi in [-1, 1] across the cell: zero on its faces. The second
-/// part is the central difference at node j; where its neighbour on one side has no mass (the grid ends, or the material
-/// does), it is the difference to the other, so that the gradient never asks for a velocity that is not there. Nodes must
-/// therefore have their masses before gradients are used.
+/// times the plain hats of the other axes. alpha = a0 (1 - xi^2), xi in [-1, 1] across the cell: zero on its faces. The second
+/// part is the central difference at node j. If its neighbour on one side has no mass (at the end of the grid or of the
+/// material), it is the difference to the other side, so the gradient never needs a missing velocity. So nodes must have
+/// their masses before gradients are used.
 template <int D>
 struct DualDomain {
     static constexpr int dim          = D;
@@ -20,7 +20,7 @@ struct DualDomain {
     using Plain                       = Point<D, Hat>;
     using Row                         = typename Plain::Row;
 
-    /// The gradient reaches a cell further than the values.
+    /// The gradient reaches one cell further than the values.
     ORDO_FLAT static Lanes reach(const Lattice<D>&, const ParticleView<D>&, const Batch&) { return Lanes(max_reach); }
 
     /// alpha of each axis.
@@ -35,7 +35,7 @@ struct DualDomain {
         return alpha;
     }
 
-    /// The nodes before and after `node` whose difference times `factor` is the smoothed derivative along axis a.
+    /// The smoothed derivative along an axis is the difference of these two nodes times `factor`.
     struct Difference {
         std::ptrdiff_t before, after;
         double factor;
@@ -68,7 +68,7 @@ struct DualDomain {
         return s;
     }
 
-    /// A node comes several times.
+    /// Visits a node several times.
     template <class Visit>
     ORDO_FLAT static void for_each_node(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Visit&& visit)
     {

@@ -1,4 +1,4 @@
-// Faces of cells: which of them bound a body, and their areas. For surface tractions.
+// Faces of cells, for surface tractions: which of them bound a body, and their areas.
 #pragma once
 
 #include "particles/cells.hpp"
@@ -11,7 +11,7 @@
 
 namespace ordo {
 
-/// A face of a cell by its local corners, in such an order that its area vector points outwards. In 1D one corner.
+/// A face of a cell by its local corners, ordered so that its area vector points outwards. In 1D one corner.
 template <int D>
 struct Face {
     static constexpr int max_corners = D == 3 ? 4 : D;
@@ -21,7 +21,7 @@ struct Face {
     int corner[max_corners];
 };
 
-/// The area vector of a face with corners x, m^(D-1): exact for bilinear faces too. In 1D it has no direction: 1.
+/// The area vector of a face with corners x, m^(D-1); exact for bilinear faces too. In 1D it is 1, without a direction.
 template <int D>
 ORDO_FLAT inline Vec<D> face_area(const Vec<D>* x, int count)
 {

@@ -12,8 +12,8 @@ struct Hat {
     static constexpr int degree = 1;
     static constexpr int width  = 2;  ///< functions that do not vanish in a cell
 
-    /// Values and slopes. On a cell face the value of the far node is the smallest there is instead of zero: where it
-    /// holds no other mass it must still have the velocity that its slope will ask for.
+    /// Values and slopes. On a cell face the value at the far node is epsilon instead of zero: the slope there is not zero, so
+    /// the node needs a velocity even if no other particle gives it mass.
     template <int D>
     ORDO_FLAT static int row(const Lattice<D>&, int, double y, double (&w)[width], double (&dw)[width])
     {
@@ -26,7 +26,7 @@ struct Hat {
         dw[1]                  = 1;
         return cell;
     }
-    /// The same at eight places, with the cells as whole numbers; false where they must be taken one by one.
+    /// The same at eight places, with the cells as whole numbers. Returns true: hats are the same at faces.
     template <int D>
     ORDO_FLAT static bool rows(const Lattice<D>&, int, const Lanes& y, Lanes& cell, Lanes (&w)[width], Lanes (&dw)[width])
     {

@@ -9,7 +9,7 @@
 
 namespace ordo {
 
-/// The slopes of a point's functions are their own, here from 1/cell to 1/m.
+/// Slopes of the functions themselves, converted from 1/cell to 1/m.
 struct OwnSlopes {
     template <class Basis, int D, class T, class Cell>
     ORDO_FLAT static void set(const Lattice<D>& g, int a, const T&, const Cell&, const T (&)[Basis::width], T (&dw)[Basis::width])
@@ -18,7 +18,7 @@ struct OwnSlopes {
     }
 };
 
-/// Slopes may put others into the rows, see affine_point.hpp.
+/// `Slopes` may replace the slopes in the rows, see affine_point.hpp.
 template <int D, class Basis, class Slopes = OwnSlopes>
 struct Point {
     static constexpr int dim          = D;
@@ -83,7 +83,7 @@ struct Point {
 };
 static_assert(Shape<Point<2, Hat>>);
 
-/// The sum of N_i(x) n_i over the nodes; on a periodic axis x may lie outside the period.
+/// The field sum_i N_i(x) n_i of node records n_i; on a periodic axis x may lie outside the period.
 template <int D, class Basis>
 ORDO_FLAT inline Lanes interpolate(const Lattice<D>& g, const Lanes* nodes, const Vec<D>& x)
 {

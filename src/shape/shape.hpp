@@ -1,4 +1,4 @@
-// What a particle's domain must offer to the kernels: weights phi_ip and gradients that are visited, never stored.
+// The interface of a particle's domain for kernels: weights phi_ip and gradients that are visited, never stored.
 #pragma once
 
 #include "base/lanes.hpp"
@@ -16,9 +16,9 @@ struct AnyVisitor {
     ORDO_HD void operator()(std::ptrdiff_t, double, const Vec<D>&) const {}
 };
 
-/// A domain on a basis. `for_each_node` is its definition (a node may come several times; only ddmpm looks at the nodes);
-/// `spread` and `collect` are the fast forms, tested against it. `reach` is the distance in cells from the particle to the edge of
-/// its domain, at most `max_reach`.
+/// A domain on a basis. `for_each_node` is its definition (it may visit a node several times; only ddmpm reads the nodes);
+/// `spread` and `collect` are the fast forms, tested against it. `reach` is the distance in cells from the particle to the
+/// edge of its domain, at most `max_reach`.
 template <class S>
 concept Shape = requires(const Lattice<S::dim>& g, const ParticleView<S::dim>& p, int i, const Batch& batch, Lanes* nodes,
                          const Lanes* read, const Lanes& value, const Lanes (&flux)[S::dim], Lanes& sum, Quad (&gradient)[S::dim])
@@ -36,7 +36,7 @@ concept Shape = requires(const Lattice<S::dim>& g, const ParticleView<S::dim>& p
     S::collect_value(g, p, i, read, sum);
 };
 
-/// Particle i of a shape, in the place of the stencil that others have.
+/// Particle i of a shape, used like a stencil by shapes that have none.
 template <class S>
 struct OneParticle {
     const ParticleView<S::dim>& p;
@@ -65,8 +65,8 @@ ORDO_FLAT inline void collect_value(const OneParticle<S>& one, const Lattice<S::
     S::collect_value(g, one.p, one.i, nodes, value);
 }
 
-/// f(k, stencil) for the particles of a batch: spread and collect take it. Shapes that find weights of eight particles at a
-/// time do so.
+/// f(k, stencil) for the particles of a batch, for `spread` and `collect`. Shapes that can find the weights of eight particles
+/// at a time do so.
 template <Shape S, class F>
 ORDO_FLAT inline void for_each_stencil(const Lattice<S::dim>& g, const ParticleView<S::dim>& p, const Batch& b, F&& f)
 {

@@ -1,5 +1,5 @@
-// Tensor products of one-dimensional rows: how a particle's weights meet node records.
-// A deposit is linear in (w, dw), so what a particle leaves at a node is w A + sum_d dw_d X_d with constant 8-vectors.
+// Tensor products of one-dimensional rows, which apply a particle's weights to node records.
+// A deposit is linear in (w, dw): a particle leaves w A + sum_d dw_d X_d at a node, with constant 8-vectors A and X_d.
 #pragma once
 
 #include "base/error.hpp"
@@ -54,7 +54,7 @@ ORDO_FLAT inline void spread_value_axis(const Stencil<D, W>& s, const Lattice<D>
     }
 }
 
-/// The sums of w n_i and of dw_d n_i over the nodes of the stencil, added to value and gradient: of velocities, in four lanes.
+/// Adds the sums of w n_i and dw_d n_i over the nodes of the stencil to value and gradient. Gradients only of four lanes.
 template <int A, int D, int W>
 ORDO_FLAT inline void collect_axis(const Stencil<D, W>& s, const Lattice<D>& g, const Lanes* node, Lanes& value, Quad* gradient)
 {
@@ -72,7 +72,7 @@ ORDO_FLAT inline void collect_axis(const Stencil<D, W>& s, const Lattice<D>& g, 
     }
 }
 
-/// The sum of w n_i over the nodes of the stencil, added to value.
+/// Adds the sum of w n_i over the nodes of the stencil to value.
 template <int A, int D, int W>
 ORDO_FLAT inline void collect_value_axis(const Stencil<D, W>& s, const Lattice<D>& g, const Lanes* node, Lanes& value)
 {
@@ -109,13 +109,13 @@ ORDO_FLAT inline void collect_value(const Stencil<D, W>& s, const Lattice<D>& g,
     collect_value_axis<D - 1>(s, g, nodes + s.first, value);
 }
 
-/// The stencils of eight places, lane by lane.
+/// The stencils of eight places, one per lane.
 template <int D, int W>
 struct Stencils {
     Lanes first{};  ///< whole numbers
     Lanes w[D][W], dw[D][W];
 
-    /// That of lane k.
+    /// The stencil of lane k.
     ORDO_FLAT Stencil<D, W> of(int k) const
     {
         Stencil<D, W> s;
@@ -129,7 +129,7 @@ struct Stencils {
     }
 };
 
-/// visit(node, w, dw) for each node of the stencil: the plain form of the sums above.
+/// visit(node, w, dw) for each node of the stencil: the plain form of the functions above.
 template <int D, int W, class Visit>
 ORDO_HD void for_each_node(const Stencil<D, W>& s, const Lattice<D>& g, Visit&& visit)
 {

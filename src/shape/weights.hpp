@@ -1,5 +1,5 @@
 // Weights of reconstruction: how much a sample counts at a target of the lattice (a node, or the centre of a cell).
-// Splines of the distance in cells, tensor products along the axes; they know nothing of the basis but where its nodes are.
+// They are splines of the distance in cells, tensor products of the axes. Of the basis they know only where its nodes are.
 #pragma once
 
 #include "grid/lattice.hpp"
@@ -25,7 +25,7 @@ ORDO_FLAT inline double spline_weight(double distance)
     return r <= 1 ? 2.0 / 3 - r * r * (1 - 0.5 * r) : s * s * s / 6;
 }
 
-/// The targets along one axis that a sample counts at: distances (from target to sample, cells) and weights of `count`
+/// The targets along one axis to which a sample contributes: distances (from target to sample, cells) and weights of `count`
 /// targets from `first` on.
 template <int capacity>
 struct WeightRow {
@@ -33,11 +33,11 @@ struct WeightRow {
     double distance[capacity], weight[capacity];
 };
 
-/// The weights at targets one cell apart, of which the first is `t` before the sample, W/2 - 1 <= t < W/2.
+/// The weights at targets one cell apart. The first is `t` cells before the sample, W/2 - 1 <= t < W/2.
 template <int W, class T>
 ORDO_FLAT inline void spline_row(const T& t, T (&w)[W])
 {
-    const T f = t - (0.5 * W - 1), s = 1 - f;  // of the way between two targets, or from one to the next
+    const T f = t - (0.5 * W - 1), s = 1 - f;  // fractions of a cell
     if constexpr (W == 1) w[0] = T(1.0);
     if constexpr (W == 2) {
         w[0] = s;
@@ -63,11 +63,11 @@ struct EvenTargets {
     template <int W>
     static constexpr int capacity = W;
 
-    /// The first target that a sample at y counts at.
+    /// The first target to which a sample at y contributes.
     template <int W>
     ORDO_FLAT static int first(double y)
     {
-        return static_cast<int>(y - 0.5 * (halves + W) + 1);  // not negative: targets of the margin
+        return static_cast<int>(y - 0.5 * (halves + W) + 1);  // not negative, because of the margin
     }
     ORDO_FLAT static double distance(double y, int target) { return y - 0.5 * halves - target; }
     /// The first targets of eight samples, as whole numbers, and the distances to them.
@@ -91,7 +91,7 @@ struct EvenTargets {
 using HatNodes    = EvenTargets<0>;
 using CellCenters = EvenTargets<1>;
 
-/// Targets at the Greville points of splines, which stand closer at the faces of the grid.
+/// Targets at the Greville points of splines, which lie closer together at the faces of the grid.
 struct SplineNodes {
     static constexpr bool is_even = false;
     template <int W>
@@ -112,7 +112,7 @@ struct SplineNodes {
     }
 };
 
-/// How many nodes further than its own functions a sample counts at: what tiles must leave free beside a domain's reach.
+/// How many nodes beyond its own functions a sample contributes to: tiles add this to the reach of domains.
 inline int extra_reach(int width, int degree) { return degree > 1 ? 2 : width > 2 ? 1 : 0; }
 
 }  // namespace ordo

@@ -1,4 +1,4 @@
-// What watches a simulation from outside of the step: files, checkpoints, progress, records of studies, a user's own.
+// Observers of a simulation, called outside the step: files, checkpoints, progress, records of studies, a user's own.
 #pragma once
 
 #include "base/error.hpp"
@@ -8,14 +8,14 @@ namespace ordo {
 template <int D>
 class Simulation;
 
-/// A step that is about to be made or was made.
+/// The next step or the last one.
 struct StepSize {
     double dt;    ///< s
-    bool is_cut;  ///< to end at a given time: a simulation that goes further would not make this step
+    bool is_cut;  ///< shortened to end at a given time; a simulation that goes on would not take this step
 };
 
-/// Called on the host, a few times a step, in the order in which observers were added. May read the state; a projection of the
-/// nodes changes nothing in the steps to come.
+/// Called on the host, a few times a step, in the order in which observers were added. May read the state; projecting to the
+/// nodes does not change later steps.
 template <int D>
 class Observer {
   public:
@@ -25,9 +25,9 @@ class Observer {
     virtual void started(Simulation<D>&) {}
     virtual void before_step(Simulation<D>&, const StepSize&) {}
     virtual void after_step(Simulation<D>&, const StepSize&) {}
-    /// A step could not be made. The state is that after it, for a last output.
+    /// A step failed. The state is that after it, for a last output.
     virtual void failed(Simulation<D>&, const NumericalError&) {}
-    /// No step will follow: first all observers are told that it ends, then that it has ended.
+    /// No step will follow. `ending` is called for all observers before `ended`.
     virtual void ending(Simulation<D>&) {}
     virtual void ended(Simulation<D>&) {}
 };

@@ -9,7 +9,7 @@ namespace ordo {
 
 namespace {
 
-// Steps add up to the end but for rounding; what is left then is no step.
+// Steps add up to the end except for rounding: a smaller rest is no step.
 constexpr double kRounding = 1e-6;  // of a step
 
 }  // namespace

@@ -1,5 +1,5 @@
-// A simulation: the method's step, its state, the choice of time steps, the watch over them, and who observes. `ordo run`,
-// `ordo verify`, `ordo bench` and programs on the library step by it. Knows no files.
+// A simulation: the method's step, its state, the choice of time steps, the watch and the observers. Used by `ordo run`,
+// `ordo verify`, `ordo bench` and programs on the library. Knows no files.
 #pragma once
 
 #include "method/scheme.hpp"
@@ -22,14 +22,14 @@ class Simulation {
     using Stop  = std::function<bool()>;
     using Start = std::function<State<D>(const Scheme<D>& scheme)>;
 
-    /// From setup::build, at rest in the initial configuration or with the velocities of its bodies. `warn` gets what the watch
-    /// finds and does not end the run. Throws InputError where there is nothing to watch.
+    /// From setup::build: the initial configuration with the velocities of its bodies. `warn` gets the findings of the watch that
+    /// do not end the run. Throws InputError if there is nothing to watch.
     explicit Simulation(setup::Built<D> built, const WatchSpec& watch = {}, Warn warn = {});
 
-    /// From a state that `start` makes by the scheme of the model, such as a deformed one. Not watched.
+    /// From a state that `start` makes with the scheme of the model, such as a deformed one. Not watched.
     Simulation(Model<D> model, const Start& start, const setup::TimeSpec& time);
 
-    Simulation(const Simulation&)            = delete;  // the watch looks at the model
+    Simulation(const Simulation&)            = delete;  // the watch refers to the model
     Simulation& operator=(const Simulation&) = delete;
 
     const Model<D>& model() const { return scheme_->model(); }
@@ -44,16 +44,16 @@ class Simulation {
     /// The observer must outlive the simulation's steps.
     void add(Observer<D>& observer) { observers_.push_back(&observer); }
 
-    /// One step, cut at the end of the case. Throws NumericalError after observers were told.
+    /// One step, shortened at the end of the case. Throws NumericalError after notifying observers.
     void step();
-    /// Steps to time t, s; the last one is cut to end there. Ends before where stop() says so after a step.
+    /// Steps to time t, s; the last step is shortened to end there. Stops earlier if stop() is true after a step.
     void advance(double t, const Stop& stop = {});
-    /// Steps to the end of the case, or until stop() says so, and tells observers that it has ended.
+    /// Steps to the end of the case, or until stop() is true, and tells observers that the run has ended.
     void run(const Stop& stop = {});
 
     /// Whether the end of the case is reached.
     bool is_complete() const { return is_at(time_.end); }
-    /// Whether the last step was cut to end at a given time.
+    /// Whether the last step was shortened to end at a given time.
     bool is_cut() const { return is_cut_; }
 
   private:

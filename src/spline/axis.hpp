@@ -1,5 +1,5 @@
-// Splines of degree 1 to 5 along one axis, with knots that may be left out next to the walls: the spaces of projection
-// `spline-fit`. Places are counted in cells from the first face.
+// Splines of degree 1 to 5 along one axis, optionally without the knots next to the faces: the spaces of projection
+// `spline-fit`. Places are in cells from the first face.
 #pragma once
 
 #include "base/index.hpp"
@@ -11,8 +11,8 @@
 
 namespace ordo {
 
-/// The splines of one degree over `cells` equal cells. Knots are those between cells, without the first `removed` ones next to
-/// each face, where as many knots meet as the degree and one. On a periodic axis all knots are alike and no face is.
+/// The splines of one degree over `cells` equal cells. Knots lie between cells, except the first `removed` ones next to each
+/// face; degree + 1 knots meet at a face. A periodic axis has uniform knots and no faces.
 struct SplineAxis {
     static constexpr int max_degree = 5;
 
@@ -28,7 +28,7 @@ struct SplineAxis {
         if (periodic) return k;
         return k <= 0 ? 0 : k >= spans() ? cells : k + removed;
     }
-    /// The middle of the knots of function i, its Greville point.
+    /// The Greville point of function i: the mean of its inner knots.
     ORDO_HD double center(int i) const
     {
         double sum = 0.0;
@@ -37,7 +37,7 @@ struct SplineAxis {
     }
     /// The integral of function i, in cells.
     ORDO_HD double integral(int i) const { return (knot(i + 1) - knot(i - degree)) / (degree + 1); }
-    /// The function that number k stands for: behind the last function of a periodic axis comes the first.
+    /// The function that number k stands for: on a periodic axis the first function follows the last.
     ORDO_HD int wrapped(int k) const { return periodic ? k % cells : k; }
 
     /// y moved onto the axis: into the first period, or to the nearest face.
@@ -49,7 +49,7 @@ struct SplineAxis {
     /// The cell of a place on the axis.
     ORDO_HD int cell_of(double y) const { return smaller(static_cast<int>(y), cells - 1); }
 
-    /// Values and slopes per cell of the functions from `span` on that do not vanish there, at a place in the span.
+    /// Values and slopes per cell of the functions that do not vanish in `span` (the first is number `span`), at place y in it.
     template <int P>
     ORDO_FLAT void row(int span, double y, double (&w)[P + 1], double (&dw)[P + 1]) const
     {
@@ -92,17 +92,17 @@ struct SplineSpace {
         for (int a = 0; a < D; ++a) n *= axis[a].count();
         return n;
     }
-    std::size_t number(const Index<D>& k) const  ///< of a function, from those along the axes, the first fastest
+    std::size_t number(const Index<D>& k) const  ///< of a function, from its numbers along the axes, the first fastest
     {
         return static_cast<std::size_t>(number_of(k, counts()));
     }
-    Index<D> first_of(const Index<D>& cell) const  ///< the functions that do not vanish in a cell begin with this one
+    Index<D> first_of(const Index<D>& cell) const  ///< the first of the functions that do not vanish in a cell
     {
         Index<D> k{};
         for (int a = 0; a < D; ++a) k[a] = axis[a].span_of(cell[a]);
         return k;
     }
-    /// Along each axis the number of the function with this number.
+    /// The numbers along the axes of the function with this number.
     Index<D> index(std::size_t number) const
     {
         Index<D> k{};
@@ -112,7 +112,7 @@ struct SplineSpace {
         }
         return k;
     }
-    /// Greville point of a function, in cells.
+    /// The Greville point of a function, in cells.
     Vec<D> center(std::size_t number) const
     {
         const Index<D> k = index(number);

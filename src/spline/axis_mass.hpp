@@ -1,4 +1,4 @@
-// Mass matrices of splines along one axis, with what walls at its ends hold.
+// Mass matrices of splines along one axis, with wall conditions at its ends.
 #pragma once
 
 #include "base/gauss_rule.hpp"
@@ -10,7 +10,7 @@
 
 namespace ordo {
 
-/// f(cell, where in it, weight, first function, values, slopes per cell) at the Gauss points of an axis; all in cells.
+/// f(cell, place in the cell, weight, first function, values, slopes per cell) at the Gauss points of an axis; all in cells.
 template <class F>
 void for_each_gauss_point(const SplineAxis& axis, int points, F&& f)
 {
@@ -26,18 +26,18 @@ void for_each_gauss_point(const SplineAxis& axis, int points, F&& f)
     });
 }
 
-/// The masks of walls at the ends of an axis: lanes of its first and its last function that stay free are 1.
+/// The masks of walls at the ends of an axis: 1 in the lanes of its first and last function that are free, 0 in those held.
 using AxisEnds = std::array<Lanes, 2>;
 inline const AxisEnds kFreeEnds{Lanes(1.0), Lanes(1.0)};
 
-/// sum w N_i N_j over points of an axis, with rows of the one matrix in the lanes that its ends hold.
+/// sum w N_i N_j over points of an axis. In lanes that a wall holds, row and column of the end function are those of the identity.
 class AxisMass {
   public:
     AxisMass(const SplineAxis& axis, const AxisEnds& free)
         : axis_(axis), free_(free), sum_(axis.count(), axis.degree, axis.periodic)
     {}
 
-    /// A point of this weight, at which the functions from `span` on have the values w.
+    /// Adds a point of this weight; w are the values of the functions from `span` on.
     void add(int span, const double* w, const Lanes& weight)
     {
         for (int i = 0; i <= axis_.degree; ++i)
@@ -46,7 +46,7 @@ class AxisMass {
                 sum_.add(row, column, weight * free(row) * free(column) * (w[i] * w[j]));
             }
     }
-    /// The factors, and the first row that is none to within `tolerance`, or -1.
+    /// The factors, and the first row whose pivot vanishes to within `tolerance`, or -1.
     std::pair<Banded<Lanes>, int> factored(double tolerance)
     {
         for (int i = 0; i < axis_.count(); ++i) sum_.add(i, i, 1.0 - free(i));

@@ -1,4 +1,4 @@
-// A bar of the linear rate law that is set swinging: Wobbes et al. (2020) sec. 5.
+// Vibrating bars of the linear rate law: Wobbes et al. (2020) sec. 5.
 #include "verification/cases.hpp"
 #include "verification/fem.hpp"
 #include "verification/measure.hpp"
@@ -51,14 +51,14 @@ class LinearWave final : public Solution<1> {
     StandingWave motion_;
 };
 
-/// A bar held at 0 and pulled at its end by g(t): waves that are sent back at both ends. With S = int g,
+/// A bar held at 0 and pulled at its end by g(t): waves are reflected at both ends. With S = int g,
 /// u = c/E sum_n (-1)^n [S(t - ((2n + 1) L - X)/c) - S(t - ((2n + 1) L + X)/c)]; small strains (d'Alembert).
 class PulledBar final : public Solution<1> {
   public:
     PulledBar(double young, double density, double traction, double rise)
         : young_(young), traction_(traction), rise_(rise), c_(std::sqrt(young / density))
     {}
-    /// g(t): at once, or by sin^2 over the time `rise`.
+    /// g(t): a step, or sin^2 over the time `rise`.
     double load(double t) const
     {
         if (t <= 0) return 0.0;
@@ -100,7 +100,7 @@ class PulledBar final : public Solution<1> {
     double young_, traction_, rise_, c_;
 };
 
-/// The free end lies inside a cell or on its face, as `cells` has it; beyond it the grid is empty.
+/// The free end lies inside a cell or on its face, depending on `cells`; beyond it the grid is empty.
 Row pull(const Request& r)
 {
     const double young = r.values.number("young"), density = r.values.number("density");
@@ -164,7 +164,7 @@ Case bar_small_strain()
               .cells  = {5, 10, 20, 40},
               .bars   = orders_between("displacement", {20, 40}, 2.95, 3.05) +
                       orders_between("l2 velocity_grid", {20, 40}, 3.95, 4.05)},
-             // Negative control: the row sums cost splines more than an order.
+             // Negative control: with row sums splines lose more than one order.
              {.method = "bsmpm",
               .set    = {{"method.mass", "lumped"}},
               .cells  = {10, 20, 40},
@@ -175,7 +175,7 @@ Case bar_small_strain()
               .bars   = orders_between("displacement", {10, 20, 40}, 1.95, 2.05)}}};
 }
 
-/// Fig. 4 of the paper: the stress; and Table 3: what the projection keeps over the run.
+/// Fig. 4 of the paper: the stress; and Table 3: conservation by the projection over the run.
 Study tls_study(const std::string& method, const std::string& tls, double stress)
 {
     return {.method = method,

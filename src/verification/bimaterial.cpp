@@ -1,6 +1,6 @@
-// Two materials that meet inside of cells: the bar and the ring of Sadeghirad, Brannon & Guilkey (2013), sec. 5, in a geometry
-// that the paper leaves open (docs/enrichment.md), and a sphere in a cube. Against one-dimensional references and finite
-// elements on the same cells.
+// Two materials with an interface inside cells: the bar and the ring of Sadeghirad, Brannon & Guilkey (2013), sec. 5, in a
+// geometry that the paper does not specify (docs/enrichment.md), and a sphere in a cube. Compared with one-dimensional
+// references and with finite elements on the same cells.
 #include "shape/cell_planting.hpp"
 #include "verification/cases.hpp"
 #include "verification/elastic.hpp"
@@ -15,7 +15,7 @@ namespace ordo::verification {
 
 namespace {
 
-/// Neo-Hookean materials of bodies 0 and 1. The stiff one has Young's modulus `young`, the other so many times less.
+/// Neo-Hookean materials of bodies 0 and 1. The stiff one has Young's modulus `young`, the other young/contrast.
 std::vector<Material> two_materials(bool first_is_stiff, double young, double contrast, double density)
 {
     auto of = [&](bool is_stiff) {
@@ -24,7 +24,7 @@ std::vector<Material> two_materials(bool first_is_stiff, double young, double co
     return {of(first_is_stiff), of(!first_is_stiff)};
 }
 
-/// Of the bar and the ring; the first of `parts` is the stiff one by default.
+/// Parameters of the bar and the ring; the first of `parts` is the stiff one by default.
 std::vector<Parameter> layer_parameters(const std::vector<std::string>& parts, double dt, double end)
 {
     return {{"stiff", parts[0], "the stiff part", 0, 0, parts},
@@ -33,7 +33,7 @@ std::vector<Parameter> layer_parameters(const std::vector<std::string>& parts, d
             {"end", end, "end time, s", 0}};
 }
 
-/// The step of a reference with elements of this size: a whole part of `dt` that is stable.
+/// The stable step of a reference with elements of this size: `dt` divided by a whole number.
 double reference_step(double dt, double size, const std::vector<Material>& materials)
 {
     double c = 0;
@@ -41,7 +41,7 @@ double reference_step(double dt, double size, const std::vector<Material>& mater
     return dt / std::ceil(dt * c / (0.5 * size));
 }
 
-/// What a run showed at its start and after each step, or each `stride` of them.
+/// The observed values of a run at its start and after each step, or each `stride` steps.
 struct Seen {
     Row row;
     std::vector<std::vector<double>> values;
@@ -57,14 +57,14 @@ Seen run(const Problem<D>& p, long stride = 1)
     return seen;
 }
 
-/// Whether a run or the finite elements that it is compared with failed, with the reason in its row.
+/// Whether a run or the finite elements for comparison failed; the reason goes to its row.
 bool has_failed(Seen& seen, const Seen& fem)
 {
     if (seen.row.failed.empty() && !fem.row.failed.empty()) seen.row.failed = "the finite elements: " + fem.row.failed;
     return !seen.row.failed.empty();
 }
 
-/// The same problem by finite elements on the cells of the method.
+/// The same problem with finite elements on the cells of the method.
 template <int D>
 Problem<D> by_elements(Problem<D> p)
 {
@@ -94,7 +94,7 @@ double rms(const Seen& seen, int k)
 {
     return rms(seen, [k](const auto& v) { return v[k]; });
 }
-/// Of the difference of two values, relative to the second.
+/// The RMS of the difference of two values, relative to that of the second.
 double relative_error(const Seen& seen, int k, int reference)
 {
     return rms(seen, [=](const auto& v) { return v[k] - v[reference]; }) / rms(seen, reference);
@@ -102,7 +102,7 @@ double relative_error(const Seen& seen, int k, int reference)
 
 // ---- the bar ---------------------------------------------------------------------------------------------------------
 
-/// What the case observes, of particles A at the free end, B above and C below the interface.
+/// The observed values: of particles A at the free end, B above and C below the interface.
 enum BarValue { kDisplacementA, kStressB, kStressC, kReferenceA, kReferenceB, kReferenceC };
 
 const std::vector<std::string> kObserved = {"displacement_A",           "stress_B",           "stress_C",
@@ -122,8 +122,8 @@ int particle_at(const Particles<D>& p, const Vec<D>& X)
     return static_cast<int>(nearest - p.X.begin());
 }
 
-/// A column of one cell's width that hangs from its top. The interface is in the middle of a cell where a metre has an odd number
-/// of them.
+/// A column one cell wide that hangs from its top. The interface is in the middle of a cell if the number of cells per metre is
+/// odd.
 Problem<2> hanging_bar(const Request& r)
 {
     constexpr double room = 1.0;  // below the free end
@@ -154,7 +154,7 @@ LayeredBody column_of(const Problem<2>& p)
                         .body_force = [](double) { return Column::gravity; }});
 }
 
-/// The values of BarValue at a state. Each call makes an observer with a reference of its own, which advances with its run.
+/// The values of BarValue at a state. Each call makes an observer with its own reference, which advances with its run.
 auto bar_observer(const LayeredBody& reference, double h, int per_axis)
 {
     const double x = 0.5 * h, half = 0.5 * h / per_axis;
@@ -172,7 +172,7 @@ auto bar_observer(const LayeredBody& reference, double h, int per_axis)
     };
 }
 
-/// Adds the figures of the bar to the row of a run.
+/// Adds the results of the bar to the row of a run.
 void judge_bar(Seen& seen, const Seen& fem)
 {
     std::size_t step      = 0;
@@ -208,16 +208,15 @@ Row hang(const Request& r)
 
 // ---- the ring --------------------------------------------------------------------------------------------------------
 
-/// What the case observes, as means over the angle, of rows of particles: A at the outer rim, B within and C without the
-/// interface.
+/// The observed values, means over the angle of rows of particles: A at the outer rim, B inside and C outside the interface.
 enum RingValue { kMeanA, kMeanB, kMeanC, kMeanAReference, kMeanBReference, kMeanCReference };
 
 struct Ring {
     static constexpr double inner = 3.0, middle = 3.1, outer = 3.2, frequency = 1.0;
-    /// Particles around, for each along a metre: the paper's 1544 particles have 193 around, 20 cells a metre.
+    /// Particles along the angle per particle along a metre: of the paper's 1544 particles 193 are around, with 20 cells per metre.
     static constexpr double angular_per_metre = 193.0 / 20 / 2;
 
-    /// Per mass, at the radius or coordinate x.
+    /// Body force per mass at the radius or coordinate x.
     static double force(double x) { return frequency * frequency * x; }
     /// Particles along the radius.
     static int radial(const Request& r) { return static_cast<int>(std::lround((outer - inner) * (r.cells * r.per_axis))); }
@@ -237,7 +236,7 @@ struct Statistics {
     double deviation() const { return std::sqrt(std::max(0.0, squares / count - mean() * mean())); }
 };
 
-/// A quarter of a ring that suddenly feels the force of its rotation.
+/// A quarter of a ring under the suddenly applied centrifugal force of its rotation.
 Problem<2> spinning_ring(const Request& r)
 {
     const int radial = Ring::radial(r), angular = static_cast<int>(std::lround(Ring::angular_per_metre * (r.cells * r.per_axis)));
@@ -285,7 +284,7 @@ class RingObserver {
                 const double u      = dot(q.X[i], q.x[i] - q.X[i]) / norm(q.X[i]);
                 const double stress = dot(q.X[i], in_plane(q.sigma[i]) * q.X[i]) / dot(q.X[i], q.X[i]);
                 rows[row].add(row == 0 ? u : stress);
-                if (s.n == counted_) return;  // a state is asked for once more where it is recorded
+                if (s.n == counted_) return;  // recording observes a state once more
                 row_of_[q.id[i]] = row;
                 over_time_[q.id[i]].add(stress);
             });
@@ -298,7 +297,7 @@ class RingObserver {
                 reference_.stress(Ring::middle + width_ / 2)};
     }
 
-    /// The standard deviation in a row of the particles' means over time.
+    /// The standard deviation, within a row, of the particles' means over time.
     double scatter(int row) const
     {
         Statistics all;
@@ -308,7 +307,7 @@ class RingObserver {
     }
 
   private:
-    /// f(0, 1 or 2) for rows A, B and C that hold a particle, by its initial place.
+    /// f(0, 1 or 2) for the rows A, B and C that contain a particle, by its initial position.
     template <class F>
     void with_rows(const Vec<2>& X, const F& f) const
     {
@@ -328,7 +327,7 @@ Row spin(const Request& r)
 {
     Problem<2> p       = spinning_ring(r);
     const double width = (Ring::outer - Ring::inner) / Ring::radial(r);
-    // Twice as many particles as seeds, for methods that make two of a cell.
+    // Twice as many particles as seeds, for methods that make two particles of a cell.
     const auto observer = std::make_shared<RingObserver>(layered_ring(p), width, p.seeds.size() * 2);
     p.observed          = {kObserved, [observer](const State<2>& s) { return (*observer)(s); }};
     Seen seen           = run(p);
@@ -346,7 +345,7 @@ Row spin(const Request& r)
 
 // ---- the sphere ------------------------------------------------------------------------------------------------------
 
-/// The error of a run's stresses, relative to those of another, over times and the particles k that are `chosen`.
+/// The error of a run's stresses relative to those of another run, over times and `chosen` particles.
 template <class Chosen>
 double stress_error(const Seen& seen, const Seen& fem, const Chosen& chosen)
 {
@@ -385,7 +384,7 @@ Row pull_sphere(const Request& r)
                                     }),
                                     Field(0.0), Field(0.0)}}};
 
-    // Stresses by number of the particle; those of one layer of cells within and without the interface are judged.
+    // Stresses by particle number; those in one layer of cells inside and outside the interface are judged.
     std::vector<double> distance;
     p.observed.values = [&](const State<3>& s) {
         const Particles<3>& q = s.particles;
@@ -397,7 +396,7 @@ Row pull_sphere(const Request& r)
         }
         return stresses;
     };
-    const auto stride = static_cast<long>(std::ceil(p.end / p.dt / 200));  // 200 times: of fine meshes all would not fit
+    const auto stride = static_cast<long>(std::ceil(p.end / p.dt / 200));  // 200 times: more would not fit for fine meshes
     const Seen fem    = run(by_elements(p), stride);
     Seen seen         = run(p, stride);
     if (has_failed(seen, fem)) return seen.row;

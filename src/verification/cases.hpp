@@ -1,4 +1,4 @@
-// The cases, one function each; study.hpp says what a case is.
+// The cases, one function each; see Case in study.hpp.
 #pragma once
 
 #include "verification/study.hpp"

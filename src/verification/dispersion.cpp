@@ -22,14 +22,14 @@ using Complex = std::complex<double>;
 
 constexpr double kPi = std::numbers::pi, kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr int kCells      = 64;   ///< of the box of the studies
-constexpr double kLargest = 4.0;  ///< Courant number up to which a limit is looked for
+constexpr double kLargest = 4.0;  ///< Courant number up to which limits are searched
 
 ParticleLattice lattice_of(const Request& r, double shift)
 {
     return {r.method, r.per_axis, shift, r.cells, r.values.number("nu")};
 }
 
-/// Shifts from that asked for to half a spacing, where every cell face has particles; the others are mirror images.
+/// Shifts from the requested one to half a spacing, where every cell face has particles; other shifts are mirror images.
 std::vector<double> shifts_of(const Request& r)
 {
     const double first = r.values.number("shift");
@@ -54,7 +54,7 @@ Complex nearest(const std::vector<Complex>& values, const Complex& to)
                              [&](const Complex& a, const Complex& b) { return std::abs(a - to) < std::abs(b - to); });
 }
 
-/// What an assembled operator does with waves along x: the largest |eigenvalue|, and the one that is the wave of the
+/// Eigenvalues of an assembled operator for waves along x: the largest modulus, and the one that corresponds to the wave of the
 /// continuum, exp(-i C theta), followed from long waves on.
 template <int D>
 void add_curves(const LatticeOperator<D>& op, double courant, int intervals, Row& row)
@@ -76,8 +76,8 @@ void add_curves(const LatticeOperator<D>& op, double courant, int intervals, Row
     row.curves = {{"theta", thetas}, {"growth", growths}, {"wave_size", sizes}, {"wave_speed", speeds}};
 }
 
-/// The limit of hats at points with lumped mass, FLIP and stress last (Gong's errata, 40): the least over wave numbers of
-/// 1/sqrt((2 - k) sin^2(theta/2)), k the symbol of nodes to particles and back. NaN for other methods.
+/// The limit of hats at points with lumped mass, FLIP and stress last (Gong's errata, 40): the minimum over wave numbers of
+/// 1/sqrt((2 - k) sin^2(theta/2)), with k the symbol of the map from nodes to particles and back. NaN for other methods.
 double predicted_limit(const Request& r, double shift)
 {
     const MethodSpec mpm, &m = r.method;
@@ -107,11 +107,11 @@ double largest_speed(const Particles<D>& p)
     return r;
 }
 
-/// Equal steps without an end.
+/// Equal steps without end.
 setup::TimeSpec steps_of(double dt) { return {.end = std::numeric_limits<double>::infinity(), .dt = dt}; }
 
-/// The nonlinear code on the lattice from small random velocities: the largest speed over the first after so many steps, or
-/// as soon as it is a thousand times it.
+/// The nonlinear code on the lattice from small random velocities: the largest speed after `steps` steps over the initial one, or
+/// a thousand as soon as that is reached.
 template <int D>
 double amplification(const Request& r, double shift, double courant, long steps)
 {
@@ -136,7 +136,7 @@ double amplification(const Request& r, double shift, double courant, long steps)
     return std::min(largest, 1e3);
 }
 
-/// A standing wave over four periods of so many steps: the parts of the change of energy, over the first energy and by period.
+/// A standing wave over four periods of `period` steps: parts of the change of energy per period, relative to the initial energy.
 template <int D>
 void add_energies(const Request& r, double shift, double courant, double wave, double period, Row& row)
 {
@@ -158,7 +158,7 @@ void add_energies(const Request& r, double shift, double courant, double wave, d
             identity              = std::max(identity, std::fabs(e.motion - e.work) / first);
             sum += e;
         }
-    } catch (const NumericalError&) {  // it grew out of bounds
+    } catch (const NumericalError&) {  // unbounded growth
         return;
     }
     const double change = totals(model, sim.state().particles).total_energy() / first - 1;
@@ -168,18 +168,18 @@ void add_energies(const Request& r, double shift, double courant, double wave, d
                                                  {"energy_identity", identity}});
 }
 
-/// Cells a wave; the box holds a whole number of waves.
+/// Cells per wave; the box holds a whole number of waves.
 double wave_of(const Request& r) { return r.cells / std::ceil(r.cells / 16.0); }
 
-/// Courant numbers at which growth is measured: the last is that of the request.
+/// The number of Courant numbers at which growth is measured; the last is that of the request.
 constexpr int kCourants = 5;
 
-/// From the operators of all lattices.
+/// Results from the operators of all lattices.
 struct OperatorFigures {
     double courants[kCourants];
     double growth[kCourants] = {};     ///< of the worst lattice
     double from = 0.0, to = kLargest;  ///< stable on all lattices
-    double predicted = kLargest;       ///< limit; NaN where there is no prediction
+    double predicted = kLargest;       ///< limit; NaN if there is no prediction
     double own_limit = 0.0;            ///< of the lattice of the request
     Complex value    = 1.0;            ///< eigenvalue of the wave on that lattice
 };
@@ -212,12 +212,12 @@ OperatorFigures figures_of(const Request& r, Row& row)
     return s;
 }
 
-/// Of the worst lattice, with splines fitted in 1D; else NaN.
+/// The growth of the worst lattice, for splines fitted in 1D; else NaN.
 template <int D>
 double largest_frozen_growth(const Request& r)
 {
     if (!has_stages_of_runge_kutta(r.method) || D != 1) return kNaN;
-    constexpr int most = 32;  // cells: what a dense matrix may cost
+    constexpr int most = 32;  // cells: more would be too expensive for a dense matrix
     double frozen      = 0.0;
     for (const double at : shifts_of(r)) {
         ParticleLattice lattice = lattice_of(r, at);
@@ -227,7 +227,7 @@ double largest_frozen_growth(const Request& r)
     return frozen;
 }
 
-/// How much runs amplify noise just below and just above the limit.
+/// By how much runs amplify noise just below and just above the limit.
 template <int D>
 void add_amplifications(const Request& r, double limit, Row& row)
 {
@@ -263,7 +263,7 @@ Row disperse(const Request& r)
     row.quantities.emplace_back("frozen_growth", largest_frozen_growth<D>(r));
     add_energies<D>(r, r.values.number("shift"), cfl, wave, 2 * kPi / turn, row);
     add_amplifications<D>(r, s.own_limit, row);
-    std::erase_if(row.quantities, [](const auto& q) { return std::isnan(q.second); });  // what the method does not have
+    std::erase_if(row.quantities, [](const auto& q) { return std::isnan(q.second); });  // undefined for the method
     row.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return row;
 }
@@ -273,7 +273,7 @@ Row disperse(const Request& r)
     static constexpr Row (*of[])(const Request&) = {disperse<1>, disperse<2>, disperse<3>};
     try {
         return of[r.values.word("dim")[0] - '1'](r);
-    } catch (const NumericalError& e) {  // a mass matrix that particles do not determine
+    } catch (const NumericalError& e) {  // a singular mass matrix
         Row row{};
         row.cells     = r.cells;
         row.h         = 1.0 / r.cells;
@@ -283,8 +283,8 @@ Row disperse(const Request& r)
     }
 }
 
-/// What was measured of a preset: its limit with particles at sub-cell centres, and the least over where they lie, of 1 to 4
-/// particles a cell; 0 where waves grow at any small time step, NaN where the mass matrix is singular.
+/// Measured limits of a preset for 1 to 4 particles per cell: with particles at sub-cell centres, and the smallest over their
+/// positions. 0 if waves grow at any small time step, NaN if the mass matrix is singular.
 struct Spectrum {
     const char* method;
     double centred[4], anywhere[4];
@@ -323,7 +323,7 @@ const std::vector<Spectrum>& measured_spectra()
     return rows;
 }
 
-/// Those that stand for the others in CI: one of each family, of two particles a cell.
+/// The studies that run in CI: one of each family, with two particles per cell.
 bool is_quick(const std::string& method, int n, bool anywhere)
 {
     if (anywhere) return method == "impm" && n == 2;
@@ -331,7 +331,7 @@ bool is_quick(const std::string& method, int n, bool anywhere)
     return method == "mpm" || (n == 2 && std::find(some.begin(), some.end(), method) != some.end());
 }
 
-/// The study of one number of particles a cell, whose limit is `limit`; `anywhere`: of the worst of five lattices.
+/// The study of `n` particles per cell, whose limit is `limit`; with `anywhere` that of the worst of five lattices.
 Study limit_of(const char* method, int n, double limit, bool anywhere)
 {
     const int cells = kCells;
@@ -350,7 +350,7 @@ Study limit_of(const char* method, int n, double limit, bool anywhere)
     if (limit >= 1.1) study.bars.push_back(value_at_most("growth_1", cells, 1 + kGrowthTolerance));
     if (find_preset(method) && has_stages_of_runge_kutta(find_preset(method)->spec))
         study.bars.push_back(value_at_most("frozen_growth", cells, 1e-12));
-    // TLS of one particle a cell grows as soon as noise has moved the particles.
+    // TLS with one particle per cell grows as soon as noise has moved the particles.
     const bool is_steady = !(n == 1 && std::string_view(method).starts_with("tls"));
     if (!anywhere && is_steady)
         study.bars = study.bars + std::vector<Bar>{value_at_most("amplification_below", cells, 20),
@@ -373,7 +373,7 @@ Case dispersion()
 {
     std::vector<Study> studies;
     for (const Spectrum& row : measured_spectra()) add_studies(row, studies);
-    // What the adjoint gradient is for, wherever particles lie; with one a cell it does not hold below C = 0.11.
+    // The purpose of the adjoint gradient: no growth for any particle positions; with one per cell not below C = 0.11.
     for (int n = 2; n <= 4; ++n) {
         Study study{.method = "impm-adjoint", .ppc = n, .set = {{"shifts", 5.0}, {"steps", 0.0}}, .cells = {kCells}, .bars = {}};
         for (const char* growth : {"growth_0.1", "growth_0.4", "growth_1"})

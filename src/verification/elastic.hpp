@@ -1,5 +1,4 @@
-// What the cases with manufactured solutions share: parameters of the material and of the run, and how a motion becomes a
-// problem.
+// Shared by cases with manufactured solutions: parameters of the material and of the run, and problems made from motions.
 #pragma once
 
 #include "verification/any_law.hpp"
@@ -12,7 +11,7 @@
 
 namespace ordo::verification {
 
-/// Parameters of E, nu, density, cfl, end and the material law. `amplitude` and what else a case has come before them.
+/// The parameters of a case, `own`, and after them material law, E, nu, density, cfl and end.
 inline std::vector<Parameter> elastic_parameters(std::vector<Parameter> own, double young, double poisson, double cfl, double end)
 {
     const std::vector<Parameter> common{{"material", "neo-hookean", "material law", 0, 0, {"neo-hookean", "st-venant-kirchhoff"}},
@@ -30,10 +29,10 @@ inline Material elastic_material(const Values& v)
     return elastic_material(find_law(v.word("material")), v.number("density"), v.number("young"), v.number("nu"));
 }
 
-/// c = sqrt(E/rho0), m/s: the speed that frequencies and time steps of the papers refer to.
+/// c = sqrt(E/rho0), m/s: the speed to which frequencies and time steps of the papers refer.
 inline double paper_speed(const Values& v) { return std::sqrt(v.number("young") / v.number("density")); }
 
-/// A problem on a grid of cubes of size h = 1/cells; particles and the body's extent are the caller's.
+/// A problem on a grid of cubes of size h = 1/cells; the caller adds particles and the body's extent.
 template <int D>
 Problem<D> on_grid(const Request& request, const Vec<D>& origin, const Index<D>& cells)
 {
@@ -46,7 +45,7 @@ Problem<D> on_grid(const Request& request, const Vec<D>& origin, const Index<D>&
     return p;
 }
 
-/// Where the particles of a box are.
+/// Parameters for the positions of particles in a box.
 inline std::vector<Parameter> placement_parameters()
 {
     return {{"seeding", "centres", "particles at the centres of sub-cells or at Gauss points", 0, 0, {"centres", "gauss"}},
@@ -65,7 +64,7 @@ std::vector<Seed<D>> placed_in(const Bounds<D>& box, const Model<D>& model, cons
     return seeds;
 }
 
-/// Makes the motion of the material the solution of the problem, by its body force.
+/// Makes the motion the solution of the problem, by adding its body force.
 template <int D, class Motion>
 void manufacture(Problem<D>& problem, const Motion& motion)
 {

@@ -9,7 +9,7 @@ namespace ordo::verification {
 
 namespace {
 
-/// f(node) for the nodes that are no images on periodic axes.
+/// f(node) for all nodes except images on periodic axes.
 template <int D, class F>
 void for_each_node_once(const State<D>& s, F&& f)
 {
@@ -19,7 +19,7 @@ void for_each_node_once(const State<D>& s, F&& f)
         });
 }
 
-/// sum v_i . u_i of the lanes of two records that start at `of_v` and `of_u`.
+/// sum_i v_i . u_i over nodes, with the lanes of two records from `of_v` and `of_u` on.
 template <int D>
 double product(const State<D>& s, const Lanes* v, int of_v, const Lanes* u, int of_u)
 {
@@ -70,7 +70,7 @@ EnergyBalance step_with_balance(Simulation<D>& sim)
     constexpr int velocity = NodeLane::velocity, increment = NodeLane::increment;
     const double dt_of_kick = 0.5 * (s.dt_prev + dt);
 
-    // Before: velocities, momenta and forces of the nodes. The step finds the same.
+    // Velocities, momenta and forces of the nodes before the step, which computes the same.
     sim.scheme().project(s);
     Array<Lanes> momentum(s.field.nodes.size());
     momenta(model, mass_matrix, s, s.field.nodes.data(), momentum.data());
@@ -85,7 +85,7 @@ EnergyBalance step_with_balance(Simulation<D>& sim)
     e.projection               = kinetic_before - before.kinetic_energy;
     e.motion                   = kinetic_after - kinetic_before;
     e.update                   = after.kinetic_energy - kinetic_after;
-    // The mean of the velocities before and after is that after less half of the increment.
+    // The mean of the velocities before and after is that after minus half of the increment.
     e.work = dt_of_kick * (product(s, s.field.nodes.data(), velocity, forces.data(), increment) -
                            0.5 * product(s, s.field.nodes.data(), increment, forces.data(), increment));
     if (model.method.scheme == TimeScheme::usf) e.work = e.motion;

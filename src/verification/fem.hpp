@@ -10,8 +10,8 @@
 
 namespace ordo::verification {
 
-/// A bar between fixed ends 0 and `length` with v(X, 0) = v0 sin(pi X/length), computed up to `end`. Known at time 0 and
-/// at `end`; velocities are then those of end - dt/2, of the steps of the method it is compared with.
+/// A bar between fixed ends 0 and `length` with v(X, 0) = v0 sin(pi X/length), computed up to `end`. Known at time 0 and at `end`,
+/// where velocities are those at end - dt/2, with the steps of the method that is compared.
 class FiniteElementBar final : public Solution<1> {
   public:
     struct Setting {
@@ -49,7 +49,7 @@ class FiniteElementBar final : public Solution<1> {
         const int e = std::clamp(static_cast<int>(X[0] / size_), 0, setting_.elements - 1);
         return {{{(x_[e + 1] - x_[e]) / size_}}};
     }
-    /// Between the middles of the elements.
+    /// Interpolated between the midpoints of the elements.
     Mat<1> stress(const Vec<1>& X, double t) const override
     {
         if (!(t > 0)) return {};

@@ -1,4 +1,4 @@
-// Motions whose F is the same everywhere: a rigid rotation and a simple shear. What a method makes of them is its own error.
+// Motions with uniform F: a rigid rotation and a simple shear. All errors come from the method.
 #include "verification/cases.hpp"
 #include "verification/elastic.hpp"
 #include "verification/motions.hpp"
@@ -7,7 +7,7 @@ namespace ordo::verification {
 
 namespace {
 
-/// A free block of half the unit box turns about its middle.
+/// A free block of half the unit box rotates about its middle.
 template <int D>
 Row turn(const Request& r)
 {
@@ -22,8 +22,8 @@ Row turn(const Request& r)
     };
     const double frequency = 2 * kPi * r.values.number("turns") / p.end;
     manufacture(p, RigidRotation{frequency});
-    // The force that holds the block together pulls to the middle from where the particle is. As a function of X and t, as
-    // automatic differentiation gives it, it would drive the block away from its angle: errors would grow by e^(w t).
+    // The centripetal force depends on the current position of the particle. As a function of X and t, which automatic
+    // differentiation gives, it would drive the block away from its angle: errors would grow by e^(w t).
     p.model.body_force_kernel = nullptr;
     for (int a = 0; a < 2; ++a)
         p.model.body_forces[0][a] = Field([=](const FieldPoint& at) { return -frequency * frequency * (at.x[a] - 0.5); });
@@ -79,7 +79,7 @@ Case simple_shear()
             elastic_parameters({{"shear", 5.0, "gamma at the end"}, {"dim", "2", "dimensions", 0, 0, {"2", "3"}}}, 1e5, 0.3, 0.1,
                                1.0),
             [](const Request& r) { return is_3d(r) ? slide<3>(r) : slide<2>(r); },
-            // The walls pull particles beside them: that is the error of the lumped mass.
+            // The walls drag the particles next to them: the error of the lumped mass.
             {{.method = "cpdi1", .set = {}, .cells = {8, 16}, .bars = {value_at_most("displacement", 16, 1e-4)}},
              {.method = "cpdi2", .set = {}, .cells = {8, 16}, .bars = {value_at_most("displacement", 16, 1e-4)}},
              {.method = "bsmpm", .set = {}, .cells = {8}, .bars = {value_at_most("displacement", 8, 1e-10)}}}};

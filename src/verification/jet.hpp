@@ -1,5 +1,5 @@
-// Forward automatic differentiation of motions and materials, templates on their scalar: a motion takes Jets (first and
-// second derivatives in space and time), a material Gradients. T is double or eight of them (Lanes).
+// Forward automatic differentiation of motions and materials, which are templates on their scalar: a motion takes Jets (first
+// and second derivatives in space and time), a material Gradients. T is double or eight doubles (Lanes).
 #pragma once
 
 #include "base/config.hpp"
@@ -59,14 +59,14 @@ struct Gradient {
 };
 
 /// A value with its derivatives in space and time: the gradient and the Hessian with respect to D coordinates, the first
-/// and second derivative in time, nothing mixed.
+/// and second derivative in time, no mixed ones.
 template <int D, class T = double>
 struct Jet {
     static constexpr int pairs = D * (D + 1) / 2;
 
     T value{};
-    T slope[D + 1]{};          ///< along the coordinates, then in time
-    T curvature[pairs + 1]{};  ///< entries i <= j of the Hessian, see `at`, then in time
+    T slope[D + 1]{};          ///< with respect to the coordinates, then to time
+    T curvature[pairs + 1]{};  ///< entries i <= j of the Hessian, see `at`, then with respect to time
 
     Jet() = default;
     ORDO_FLAT Jet(double constant) : value(T(constant)) {}
@@ -84,7 +84,7 @@ struct Jet {
     ORDO_FLAT const T& rate() const { return slope[D]; }
     ORDO_FLAT const T& acceleration() const { return curvature[pairs]; }
 
-    /// Calls f(i, j, k) for each second derivative: of the slopes i and j, entry k.
+    /// f(i, j, k) for each second derivative, entry k, with respect to variables i and j.
     template <class F>
     ORDO_FLAT static void for_each_pair(F&& f)
     {

@@ -17,11 +17,11 @@ using Complex = std::complex<double>;
 
 constexpr double kPi = std::numbers::pi;
 
-/// What a degree of freedom is set to. So small that nothing of second order is left, 1 + kTiny == 1: the step is linear to
-/// the last bit and leaves the lattice where it is. Rate laws carry the stress itself, so that nothing cancels.
+/// The value to which a degree of freedom is set. It is so small that second-order terms vanish, 1 + kTiny == 1: the step is
+/// linear to the last bit and does not move the lattice. Rate laws carry the stress itself, so nothing cancels.
 constexpr double kTiny = 0x1p-80;
 
-/// The origin of the box: no coordinate is zero, which the smallest velocity would move.
+/// The origin of the box. No coordinate is zero: even the smallest velocity would move it.
 constexpr double kOrigin = 1.0;
 
 template <int D>
@@ -44,7 +44,7 @@ Model<D> model_of(const ParticleLattice& lattice, std::string_view law)
     m.cells             = Index<D>::filled(lattice.cells);
     m.periodic          = Vec<D, bool>::filled(true);
     const double nu     = lattice.poisson;
-    const double lambda = nu / (1 - nu);  // of lambda + 2 mu = 1
+    const double lambda = nu / (1 - nu);  // for lambda + 2 mu = 1
     m.materials         = {{find_law(law), 1.0, lambda, 0.5 * (1 - lambda)}};
     m.body_forces.resize(1);
     return m;
@@ -73,11 +73,11 @@ LatticeOperator<D>::LatticeOperator(const ParticleLattice& lattice)
 {
     const Model<D>& model = scheme_->model();
     if (field_groups(model).corner_samples)
-        throw InputError("samples corners with domains that are cells: corners have velocities of their own, which the map of "
-                         "particles does not hold; use domain parallelepiped");
+        throw InputError("samples corners with domains that are cells: corners have velocities of their own, which are not part "
+                         "of the map of particles; use domain parallelepiped");
     if (has_enrichment(model.method))
-        throw InputError("enriched corners: a periodic lattice of particles has no interface, and its seam would cut those of "
-                         "finite elements; use cpdi2");
+        throw InputError("enriched corners: a periodic lattice of particles has no interface, and its seam would cut finite "
+                         "elements; use cpdi2");
     state_                = scheme_->start(plant_all(model, seeds_of<D>(lattice)));
     const Particles<D>& p = state_.particles;
     particles_            = p.count / static_cast<int>(std::lround(std::pow(cells_, D)));
@@ -107,7 +107,7 @@ double& LatticeOperator<D>::at(int particle, const Field& f)
     return p.v[particle][0];
 }
 
-/// The lattice without velocities and stresses, some steps after its start.
+/// Resets the lattice to zero velocities and stresses, as after a first step.
 template <int D>
 void LatticeOperator<D>::rest()
 {
@@ -252,7 +252,7 @@ StableCourantNumbers find_stable(LatticeOperator<D>& lattice, double largest)
     for (double next = stable + step; stable < largest; next += step) {
         next = std::min(next, largest);
         if (grows(next, coarse) || (next == largest && grows(next, fine))) {
-            while (stable > std::max(r.from, step) && grows(stable, fine)) {  // in waves between those of the coarse search
+            while (stable > std::max(r.from, step) && grows(stable, fine)) {  // for waves between those of the coarse search
                 next   = stable;
                 stable = std::max({stable - step, r.from, StableCourantNumbers::smallest});
             }

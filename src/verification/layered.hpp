@@ -1,5 +1,5 @@
-// Two bonded layers that move along one coordinate: the reference of the bi-material bar and ring of Sadeghirad, Brannon &
-// Guilkey (2013), sec. 5. Linear finite elements of one midpoint, lumped mass, total Lagrangian, leapfrog.
+// Two bonded layers that move along one coordinate: the reference for the bi-material bar and ring of Sadeghirad, Brannon &
+// Guilkey (2013), sec. 5. Linear finite elements with one midpoint, lumped mass, total Lagrangian, leapfrog.
 #pragma once
 
 #include "base/error.hpp"
@@ -14,8 +14,8 @@
 
 namespace ordo::verification {
 
-/// Starts at rest and free of stress at time 0, when the body force sets in at once. Points are named by the coordinate R
-/// they had then. Second order in element size and dt; fronts where the stress has a kink leave ripples behind.
+/// Starts at rest and free of stress at time 0, when the body force is suddenly applied. Points are given by their coordinate R
+/// at that time. Second order in element size and dt; fronts where the stress has a kink leave ripples behind.
 class LayeredBody {
   public:
     enum class Geometry {
@@ -53,13 +53,13 @@ class LayeredBody {
         }
     }
 
-    /// Steps on to the multiple of dt nearest to time t, s; never back.
+    /// Steps forward to the multiple of dt nearest to time t, s.
     void advance(double t)
     {
         for (const long last = std::lround(t / setting_.dt); steps_ < last; ++steps_) step();
     }
 
-    /// Current less initial coordinate of the material point R, m.
+    /// Displacement of the material point R along the coordinate, m.
     double displacement(double R) const
     {
         const auto above = std::upper_bound(R_.begin() + 1, R_.end() - 1, R);
@@ -119,7 +119,7 @@ class LayeredBody {
     }
 
     Setting setting_;
-    std::vector<double> R_, u_, v_, m_, f_;  // of nodes; x_ instead of u_ would round by 0.5 Pa in 2048 elements
+    std::vector<double> R_, u_, v_, m_, f_;  // of nodes; with x_ instead of u_ round-off would be 0.5 Pa for 2048 elements
     long steps_ = 0;
 };
 

@@ -17,7 +17,7 @@ namespace ordo::verification {
 
 namespace {
 
-/// Counts and sizes of a row; failed where there is nothing to run.
+/// A row with counts and sizes; failed if there is nothing to run.
 template <int D>
 Row row_of(const Problem<D>& problem)
 {
@@ -40,7 +40,7 @@ Row row_of(const Problem<D>& problem)
     return row;
 }
 
-/// The particles of a problem; its tractions find their faces.
+/// The particles of a problem; also finds the faces of its tractions.
 template <int D>
 Particles<D> plant_all(Problem<D>& problem)
 {
@@ -54,8 +54,7 @@ Particles<D> plant_all(Problem<D>& problem)
         enrich(model, p);
     }
     if (has_enrichment(model.method) && p.enriched.empty())
-        throw InputError("--method: the case has one body and so no interface that could be enriched; set method.enrichment=all "
-                         "or use cpdi2");
+        throw InputError("--method: the case has one body and so no interface to enrich; set method.enrichment=all or use cpdi2");
     if (model.tractions.empty()) return p;
     const CellMesh<D> mesh = mesh_of(model.method, problem.seeds, problem.corners);
     for (int t = 0; t < static_cast<int>(model.tractions.size()); ++t)
@@ -64,7 +63,7 @@ Particles<D> plant_all(Problem<D>& problem)
     return p;
 }
 
-/// The same, as the solution has them at the start.
+/// The same in the initial state of the solution.
 template <int D>
 Particles<D> plant_exactly(Problem<D>& problem)
 {
@@ -94,7 +93,7 @@ class AfterStep : public Observer<D> {
     std::function<void(const State<D>&)> see_;
 };
 
-/// Takes all steps; after each `see(state)`. Fills seconds, and failed when the run ends early.
+/// Takes all steps and calls `see(state)` after each. Fills seconds, and failed if the run ends early.
 template <int D>
 void run(Simulation<D>& sim, Row& row, Recorder<D>& recorder, const std::function<void(const State<D>&)>& see)
 {
@@ -169,7 +168,7 @@ void measure_particles(const Problem<D>& problem, const State<D>& s, Row& row)
     }
 }
 
-/// Momentum and velocity of the nodes. A node at x has the velocity of the material point that is at x now, at the time
+/// Momentum and velocity of the nodes. A node at x should have the velocity of the material point that is now at x, at the time
 /// of the velocities.
 template <int D>
 void measure_nodes(const Problem<D>& problem, const Scheme<D>& method, State<D>& s, Row& row)

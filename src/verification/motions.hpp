@@ -1,5 +1,5 @@
-// Motions x(X, t) with known boundary behaviour, each written once as a template on the scalar. Everything else about a
-// manufactured solution is derived from them.
+// Motions x(X, t) with known behaviour at boundaries, each a template on the scalar. Everything else in a manufactured solution
+// is derived from them.
 #pragma once
 
 #include "base/vec.hpp"
@@ -71,8 +71,8 @@ struct Vortex {
     }
 };
 
-/// u_x = A sin(w t + phase) sin(pi X) sin(pi Y), u_y the same with two waves along y, in 3D u_z with two along x, and each
-/// times the sine of the axis that it lacks (ours): shear and rotation between walls that hold all components.
+/// u_x = A sin(w t + phase) sin(pi X) sin(pi Y), u_y the same with two waves along y; in 3D u_z with two along x, and each times
+/// the sine of its missing axis (ours): shear and rotation between walls that hold all components.
 struct BentBox {
     double amplitude;  ///< m
     double frequency, phase;
@@ -106,9 +106,9 @@ ORDO_FLAT inline Vec<D, T> turned_in_unit_box(const Vec<D, T>& X, const T& angle
     return x;
 }
 
-/// The middle of a unit box turns about the z axis through its centre by A sin(w t) sin^2 pi X sin^2 pi Y (sin^2 pi Z), the
-/// walls staying at rest and free of stress (ours): material in between shears, F is neither diagonal nor constant over
-/// a particle.
+/// The middle of a unit box rotates about the z axis through its centre by A sin(w t) sin^2 pi X sin^2 pi Y (sin^2 pi Z), while
+/// the walls stay at rest and free of stress (ours). The material in between shears; F is neither diagonal nor constant over a
+/// particle.
 struct ShearRotation {
     double amplitude;  ///< rad
     double frequency;
@@ -123,7 +123,7 @@ struct ShearRotation {
     }
 };
 
-/// Turns about the z axis through the middle of the unit box, as a rigid body.
+/// Rigid rotation about the z axis through the middle of the unit box.
 struct RigidRotation {
     double frequency;  ///< rad/s
 
@@ -134,7 +134,7 @@ struct RigidRotation {
     }
 };
 
-/// Layers slide along x: u_x = rate t Y. F is the same everywhere, and no force acts inside.
+/// Layers slide along x: u_x = rate t Y. F is uniform, and there is no body force.
 struct SimpleShear {
     double rate;  ///< 1/s
 

@@ -1,5 +1,5 @@
-// Fits at a point as the papers have them, sample by sample: what the moments of `kernels` are compared with, in value and
-// in cost. They share nothing with them but the order of monomials.
+// Fits at a point as published, sample by sample, with which the moments of `kernels` are compared in value and cost. They share
+// only the order of monomials.
 #pragma once
 
 #include "kernels/monomials.hpp"
@@ -17,7 +17,7 @@ struct Sample {
 };
 
 /// Improved moving least squares by Gram-Schmidt, Tran et al. (2019, sec. 2.4), with two corrections: eq. 19 subtracts the
-/// projections on all k < j (as printed the last one alone), and <p_j, p_j> = 0 leaves j out, not those after it.
+/// projections on all k < j (as printed, only the last one), and <p_j, p_j> = 0 leaves out j, not those after it.
 template <int D, int degree>
 class GramSchmidtFit {
   public:
@@ -66,11 +66,11 @@ class GramSchmidtFit {
         return sum;
     }
 
-    std::vector<double> q_, p_, phi_;  ///< of all samples; kept, so that a second fit does not allocate
+    std::vector<double> q_, p_, phi_;  ///< of all samples; members, so that a second fit does not allocate
 };
 
 /// Moving least squares, Gong (2015, eqs. 3.12 to 3.16) with B U = sum_p w P(x_p) u_p, by Cholesky as Tran et al. (2019,
-/// sec. 2.5) solve it. Not a number where M is singular.
+/// sec. 2.5) solve it. NaN if M is singular.
 template <int D, int degree>
 double fit_by_cholesky(const std::vector<Sample<D>>& samples, const Vec<D>& at)
 {

@@ -1,5 +1,5 @@
-// A function from its values at particles: the velocity projections of methods by themselves, against Gong (2015) secs. 4.3
-// and 5.2, Tran et al. (2019) sec. 2.5 and Wobbes et al. (2020) sec. 2.1. Lengths of the papers are mapped on the unit box.
+// Reconstructs a function from its values at particles: the velocity projections of methods alone, compared with Gong (2015)
+// secs. 4.3 and 5.2, Tran et al. (2019) sec. 2.5 and Wobbes et al. (2020) sec. 2.1. Lengths are mapped to the unit box.
 #include "base/error.hpp"
 #include "kernels/moments.hpp"
 #include "kernels/taylor.hpp"
@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// The function that is sampled, of X in the unit box; x = from + (to - from) X is the papers' coordinate.
+/// The sampled function of X in the unit box; x = from + (to - from) X is the papers' coordinate.
 template <int D>
 class Function {
   public:
@@ -81,7 +81,7 @@ class Function {
     int power_;  ///< of x - y/2 + z/4; -1: sin x cos y cos z
 };
 
-/// The same numbers on every machine, which std::uniform_real_distribution does not promise.
+/// The same numbers on every machine, which std::uniform_real_distribution does not guarantee.
 double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 
 /// Particles of equal volume in the unit box.
@@ -113,7 +113,7 @@ std::vector<Seed<D>> place_particles(const Request& r)
     return seeds;
 }
 
-/// Collects u - u_h where a reconstruction is asked for.
+/// Collects the errors u - u_h of a reconstruction.
 class Errors {
   public:
     void add(double u, double fit, bool is_inside)
@@ -125,7 +125,7 @@ class Errors {
         all_.add(e);
         if (is_inside) inside_.add(e);
     }
-    /// `share` is the volume of a place, m^D.
+    /// `share` is the volume of each place, m^D.
     void report(Row& row, double share) const
     {
         row.quantities.insert(
@@ -158,7 +158,7 @@ class Errors {
     double first_ = 0, last_ = 0, largest_ = 0;
 };
 
-/// Seconds that f takes, the shortest of `times` runs.
+/// The time of f, s: the shortest of `times` runs.
 template <class F>
 double time(F&& f, int times = 1)
 {
@@ -171,7 +171,7 @@ double time(F&& f, int times = 1)
     return shortest;
 }
 
-/// f(node, its place in the unit box, whether a weight of this radius (cells) reaches beyond no face) for nodes of the box.
+/// f(node, its place in the unit box, whether a weight of this radius (cells) stays inside all faces) for nodes of the box.
 template <int D, class F>
 void for_each_node_of(const Lattice<D>& g, double radius, F&& f)
 {
@@ -189,7 +189,7 @@ void for_each_node_of(const Lattice<D>& g, double radius, F&& f)
     });
 }
 
-/// Projection mass is the solver's own, of any domain, basis and mass matrix.
+/// Projection mass: the solver's own, for any domain, basis and mass matrix.
 template <int D>
 Row project(const Request& r, const Function<D>& u, const std::vector<Seed<D>>& seeds)
 {
@@ -225,7 +225,7 @@ Row project(const Request& r, const Function<D>& u, const std::vector<Seed<D>>& 
     return row;
 }
 
-/// What least squares fit to: particles, and with samples `corners` those of the domains in their initial size.
+/// The samples of least squares: particles, and with samples `corners` the corners of their initial domains.
 template <int D>
 std::vector<Sample<D>> samples_of(const Request& r, const Function<D>& u, const std::vector<Seed<D>>& seeds)
 {
@@ -244,7 +244,7 @@ std::vector<Sample<D>> samples_of(const Request& r, const Function<D>& u, const 
     return samples;
 }
 
-/// The nodes of one axis that a sample at y counts at.
+/// The nodes of one axis to which a sample at y contributes.
 template <class Places, int W, int D>
 WeightRow<6> row_of(const Lattice<D>& g, int a, double y)
 {
@@ -266,7 +266,7 @@ WeightRow<6> row_of(const Lattice<D>& g, int a, double y, Weight weight)
     return {};
 }
 
-/// f(offset of a node, sample about it with its weight there) for the nodes that a sample counts at.
+/// f(offset of a node, sample relative to it with its weight) for the nodes to which a sample contributes.
 template <int D, class F>
 void for_each_target(const Lattice<D>& g, Weight weight, const Sample<D>& s, F&& f)
 {
@@ -289,8 +289,8 @@ void for_each_target(const Lattice<D>& g, Weight weight, const Sample<D>& s, F&&
     });
 }
 
-/// The published algorithms on the same samples: how far they are from `fits`, of all nodes of the box in turn, and how long
-/// they take once each node knows its samples and weights.
+/// The published algorithms on the same samples: their differences from `fits` at all nodes of the box, and their times when each
+/// node knows its samples and weights.
 template <int D, int degree>
 void compare_with_published(const Lattice<D>& g, Weight weight, const std::vector<Sample<D>>& samples,
                             const std::vector<double>& fits, Row& row)
@@ -325,8 +325,8 @@ void compare_with_published(const Lattice<D>& g, Weight weight, const std::vecto
                                                  {"seconds_ratio", of_gram_schmidt / of_cholesky}});
 }
 
-/// Projections mls and imls at the nodes. Records are filled by the plain form of `spread`, which is tested against it: all
-/// widths and degrees of the fast one would compile for minutes.
+/// Projections mls and imls at the nodes. Records are filled by the plain form of `spread`, because all widths and degrees of the
+/// fast form would take minutes to compile; tests compare the two.
 template <int D, int degree>
 Row fit_nodes(const Request& r, const Function<D>& u, const std::vector<Seed<D>>& seeds)
 {
@@ -368,8 +368,8 @@ Row fit_nodes(const Request& r, const Function<D>& u, const std::vector<Seed<D>>
     return row;
 }
 
-/// Projection tls at the 2^D Gauss points of cells. The mean of a cell is that of u itself, as in Wobbes et al. (2020), sec.
-/// 2.1; with tls `stress` it is left to least squares.
+/// Projection tls at the 2^D Gauss points of cells. The mean over a cell is prescribed as that of u, as in Wobbes et al. (2020),
+/// sec. 2.1; with tls `stress` it is not prescribed.
 template <int D, int degree>
 Row reconstruct_in_cells(const Request& r, const Function<D>& u, const std::vector<Seed<D>>& seeds)
 {
@@ -435,8 +435,8 @@ Row reconstruct(const Request& r)
     case Projection::polynomial:
     case Projection::spline_fit: break;
     }
-    throw InputError("--method: case reconstruction has projections mass, mls, imls and tls; " +
-                     std::string(name_of(r.method.projection)) + " needs what particles carry from step to step");
+    throw InputError("--method: case reconstruction supports projections mass, mls, imls and tls; " +
+                     std::string(name_of(r.method.projection)) + " needs data that particles carry from step to step");
 }
 
 Row reconstruct(const Request& r)
@@ -459,7 +459,7 @@ Settings operator+(Settings a, const Settings& b)
     return a;
 }
 
-/// A function of [-1, 1], Gong (2015), sec. 4.3.1.
+/// A function on [-1, 1], Gong (2015), sec. 4.3.1.
 Settings gong(const char* function, const char* points)
 {
     return {{"function", function}, {"from", -1.0}, {"to", 1.0}, {"points", points}};
@@ -471,7 +471,7 @@ std::vector<Bar> is_exact(int cells) { return {value_at_most("largest_error", ce
 std::vector<Study> gong_tables()
 {
     auto is = [](const char* name, double e) { return value_between(name, 10, e - 1e-9, e + 1e-9); };
-    // On other random points than Gong's; his inner errors have RMS 0.025 and 0.055.
+    // Our random points differ from Gong's; his inner errors have RMS 0.025 and 0.055.
     const std::vector<Bar> is_off{value_between("value_inside", 10, 5e-3, 6e-2), value_between("value", 10, 2e-2, 2e-1)};
     return {{.method = "mpm", .set = gong("constant", "equispaced"), .cells = {10}, .bars = is_exact(10)},
             {.method = "mpm",
@@ -511,7 +511,7 @@ std::vector<Study> gong_orders()
 {
     const std::vector<int> meshes = {64, 256, 1024, 4096}, squares = {32, 64, 128};
     std::vector<Study> studies;
-    // At a wall the weights are one-sided and Shepard's error is of order h on two nodes: 1.5 in these norms, not Gong's 2.
+    // At a wall weights are one-sided and Shepard's error is O(h) at two nodes: order 1.5 in these norms, not Gong's 2.
     studies.push_back(
         {.method = "mpm",
          .set    = {{"points", "equispaced"}},
@@ -538,7 +538,7 @@ std::vector<Study> gong_orders()
     return studies;
 }
 
-/// Tran et al. (2019), Figs. 3 to 6: fewer samples than monomials; sin x on [1, 4] by three of them.
+/// Tran et al. (2019), Figs. 3 to 6: fewer samples than monomials; sin x on [1, 4] with three monomials.
 std::vector<Study> tran_figures()
 {
     const std::vector<int> meshes = {20, 40, 80, 160};
@@ -549,7 +549,7 @@ std::vector<Study> tran_figures()
     for (int cells : meshes)
         for (const char* name : {"difference_gram_schmidt", "difference_cholesky"})
             bars.push_back(value_at_most(name, cells, 1e-12));
-    // One sample at the ends and two at the nine other nodes: two and one of the monomials 1, x, x^2 are left out.
+    // The end nodes have one sample and the nine others two: there two and one of the monomials 1, x, x^2 are dropped.
     const Bar left_out = value_between("dropped", 10, 13, 13);
     return {
         {.method = "imls-mpm", .ppc = 2, .set = sine + fitted, .cells = meshes, .bars = bars},
@@ -560,7 +560,7 @@ std::vector<Study> tran_figures()
          .set    = few,
          .cells  = {10},
          .bars   = {left_out, value_at_most("value_inside", 10, 1e-13), value_at_most("difference_gram_schmidt", 10, 1e-12)}},
-        // Negative control: degree 0 there.
+        // Negative control: degree 0 at these nodes.
         {.method = "impm", .ppc = 1, .set = few, .cells = {10}, .bars = {left_out, value_between("value_inside", 10, 0.01, 1)}}};
 }
 
@@ -576,7 +576,7 @@ std::vector<Study> wobbes_examples()
              .bars = std::vector<Bar>{value_between("value", 5, 6.1709e-3, 6.1711e-3), value_at_most("integral_error", 5, 2e-15),
                                       value_between("dropped", 5, 0, 0), value_between("dropped_plain", 5, 25, 25)} +
                      orders_between("value", squares, 2.95, 3.05)},
-            // x^2 is constant on two lines: plain least squares of six functions drop one in each of 25 cells.
+            // x^2 is constant on the two lines: plain least squares with six functions drop one in each of 25 cells.
             {.method = "tls-mpm",
              .ppc    = 4,
              .set    = on_lines + Settings{{"method.tls", "stress"}},

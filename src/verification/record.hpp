@@ -1,4 +1,4 @@
-// What a run leaves besides its row, where that is asked for: sums over time, and the particles at its end.
+// Optional records of a run: sums over time, and the particles at its end.
 #pragma once
 
 #include "method/diagnostics.hpp"
@@ -10,7 +10,7 @@
 
 namespace ordo::verification {
 
-/// sum m |v| of the particles, kg m/s: what a change of momentum is measured by.
+/// sum m |v| of the particles, kg m/s: the scale for changes of momentum.
 template <int D>
 double momentum_size(const Particles<D>& p)
 {
@@ -19,7 +19,7 @@ double momentum_size(const Particles<D>& p)
     return size;
 }
 
-/// The same of the nodes, with the velocities that boundary conditions left them.
+/// The same for the nodes, with velocities after boundary conditions.
 template <int D>
 double momentum_size_of_nodes(const State<D>& s)
 {
@@ -40,8 +40,8 @@ double momentum_size_of_nodes(const State<D>& s)
     return size;
 }
 
-/// Sums of the exact solution over the particles, each with its exact values. Rate laws have exact solutions in 1D alone, where
-/// no stress acts across the problem.
+/// Sums over the particles with the exact values of the solution. Rate laws have exact solutions in 1D only, without lateral
+/// stress.
 template <int D>
 struct ExactTotals {
     double kinetic_energy = 0, strain_energy = 0, momentum_size = 0;
@@ -59,7 +59,7 @@ struct ExactTotals {
 
 inline std::string axis_name(int a) { return {static_cast<char>('x' + a)}; }
 
-/// Fills `row.history` and `row.final_particles`. Energies and momenta of the solution are those at the particles' X and times.
+/// Fills `row.history` and `row.final_particles`. Energies and momenta of the solution are taken at the particles' X and times.
 template <int D>
 class Recorder : public Observer<D> {
   public:
@@ -84,7 +84,7 @@ class Recorder : public Observer<D> {
 
     void before_step(Simulation<D>& sim, const StepSize&) override { sample(sim.state()); }
 
-    /// Adds a row where one is due. The projection that the nodes' momentum needs changes nothing in the step.
+    /// Adds a row if one is due. It projects to the nodes for their momentum, which does not change the step.
     void sample(State<D>& s)
     {
         if (!problem_.is_recorded || (s.n % stride_ != 0 && s.n != row_.steps)) return;
@@ -102,8 +102,8 @@ class Recorder : public Observer<D> {
         if (has_exact_) add_exact(s);
     }
 
-    /// At the end, after particles were measured: the projection may sort them. Also that of a run that failed, whose
-    /// reference solution is not known.
+    /// At the end, after particles were measured: the projection may sort them. Also for a failed run, whose reference solution is
+    /// not known.
     void finish(State<D>& s)
     {
         if (!problem_.is_recorded) return;
@@ -141,7 +141,7 @@ class Recorder : public Observer<D> {
         for (int a = 0; a < D; ++a) out.push_back(sums.momentum[a]);
     }
 
-    /// Corners that the domain of each particle has, 0 for points.
+    /// The number of corners of each particle's domain, 0 for points.
     static int corner_count(const Particles<D>& p)
     {
         if (!p.cell.empty()) return p.count > 0 ? p.cell[0].count() : 0;

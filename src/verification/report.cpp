@@ -22,7 +22,7 @@ Json object(const Named& named)
     return r;
 }
 
-/// Names of the errors that have an order, as the columns of a table: RMS errors and the velocity of the grid.
+/// Names of the errors for which orders are computed, and their columns: RMS errors and the velocity of the grid.
 std::vector<std::pair<std::string, std::string>> ordered_errors(const Row& row)
 {
     std::vector<std::pair<std::string, std::string>> r;
@@ -88,7 +88,7 @@ Json to_json(const Result& result)
             {"pass", pass ? Json(*pass) : Json(nullptr)}};
 }
 
-/// Makes null of all numbers whose name starts with seconds.
+/// Sets all numbers whose names start with seconds to null.
 void forget_times(Json& json)
 {
     for (auto& [name, value] : json.items())
@@ -167,7 +167,7 @@ std::string table_bars(const Result& result)
                             : v.pass() ? "pass"
                                        : "FAIL",
                             v.bar.what(), v.bar.limit(),
-                            !v.was_run            ? "its meshes were not asked for"
+                            !v.was_run            ? "its meshes were not run"
                             : std::isnan(v.value) ? "no number"
                                                   : fmt::format("{:.4g}", v.value));
     return text;

@@ -15,20 +15,20 @@ struct Result {
     std::vector<Row> rows;
     std::vector<Verdict> verdicts;
 
-    /// Whether all bars that could be judged are met; nothing without any.
+    /// Whether all judged bars are met; nothing if there are none.
     std::optional<bool> pass() const;
 };
 
-/// Whether wall and CPU times stand in the JSON or null: without them it is the same in each run.
+/// Whether the JSON has wall and CPU times or null; without them it is the same in each run.
 enum class Times { yes, no };
 
-/// The array that `ordo verify --json` writes. Numbers that there are not, and infinite ones, are null.
+/// The array that `ordo verify --json` writes. Missing and infinite numbers are null.
 std::string to_json(const std::vector<Result>& results, Times times = Times::yes);
 
 /// A table as CSV.
 std::string to_csv(const Table& table);
 
-/// The title of a study's table, the header of its columns, one row (with orders against the one before it), the bars.
+/// The parts of a study's table: title, header, one row (with orders relative to the previous one), bars.
 std::string table_title(const Resolved& study);
 std::string table_header(const Row& row);
 std::string table_row(const Row& row, const Row* before);

@@ -7,7 +7,7 @@ namespace ordo::verification {
 
 namespace {
 
-/// The body of material points of a tube.
+/// Whether a material point lies in a tube.
 template <int D>
 std::function<bool(const Vec<D>&)> inside(const Tube<D>& tube)
 {
@@ -53,7 +53,7 @@ Row expand_ring(const Request& r)
         p.end += p.dt;
     }
     if (r.values.word("rims") == "loaded") {
-        // The pressure of the exact solution: the stress across a rim, where it meets the x axis.
+        // The pressure of the exact solution: the radial stress where a rim meets the x axis.
         for (const double R : {inner, outer}) {
             Vec<D> rim{};
             rim[0] = R;
@@ -69,7 +69,7 @@ Row expand_ring(const Request& r)
     return measure(p);
 }
 
-/// A whole ring that is wound up and back; in 3D a tube, the angle varying along it.
+/// A whole ring that is wound up and back; in 3D a tube, with an angle that varies along it.
 template <int D>
 Row wind_vortex(const Request& r)
 {
@@ -105,8 +105,8 @@ Study ring_study(double amplitude)
             .bars   = orders_at_least("displacement", {10, 20}, 1.85) + orders_between("displacement", {20, 40, 80}, 1.95, 2.08)};
 }
 
-/// At the end the pair of the coarsest mesh, two cells across the ring, is not asymptotic yet, whatever the time step; a step
-/// later, which is when the paper's code compares, it is.
+/// At the end, the order from the coarsest mesh, with two cells across the ring, is not asymptotic yet for any time step. One step
+/// later, when the paper's code compares, it is.
 Study cpls_on_ring(double amplitude, bool is_later)
 {
     return {.method = "cpls",
@@ -119,7 +119,7 @@ Study cpls_on_ring(double amplitude, bool is_later)
                     orders_at_least("stress", {10, 20, 40}, is_later ? 1.9 : 1.84) + orders_at_least("stress", {40, 80}, 1.6)};
 }
 
-/// The method that holds the vortex on fine meshes, with a time step for the waves of the wound-up ring (docs/vortex.md).
+/// The method that completes the vortex on fine meshes, with a time step for the waves of the wound-up ring (docs/vortex.md).
 Study hold_vortex(const std::vector<int>& cells, Study::Length length)
 {
     return {
@@ -149,7 +149,7 @@ Case ring()
             [](const Request& r) { return r.values.word("dim") == "3" ? expand_ring<3>(r) : expand_ring<2>(r); },
             {ring_study(0.1),
              ring_study(1e-4),
-             // Negative control: with nu = 0.3 the rims carry traction that nothing applies.
+             // Negative control: with nu = 0.3 the exact solution has tractions on the rims, which are not applied.
              {.method = "cpdi1",
               .set    = {{"nu", 0.3}},
               .cells  = {10, 20, 40},
@@ -175,7 +175,7 @@ Case ring()
              cpls_on_ring(0.1, true),
              cpls_on_ring(1e-4, true),
              {.method = "cpdi2", .set = {}, .cells = {10, 20, 40}, .bars = orders_between("displacement", {20, 40}, 1.95, 2.08)},
-             // With the pressures of the exact solution on both rims nu = 0.3 converges.
+             // With the pressures of the exact solution on both rims, nu = 0.3 converges.
              {.method = "cpdi2",
               .set    = {{"nu", 0.3}, {"rims", "loaded"}},
               .cells  = {10, 20, 40},

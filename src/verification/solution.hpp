@@ -1,5 +1,5 @@
-// What a computed solution is compared with, and manufactured solutions: motion and material in, everything else by
-// automatic differentiation.
+// Exact and reference solutions, and manufactured solutions: from motion and material, everything else follows by automatic
+// differentiation.
 #pragma once
 
 #include "base/stress.hpp"
@@ -12,7 +12,7 @@
 
 namespace ordo::verification {
 
-/// An exact or a reference solution, asked for by material point X and time.
+/// An exact or a reference solution as a function of material point X and time.
 template <int D>
 class Solution {
   public:
@@ -113,7 +113,7 @@ class Manufactured final : public Solution<D> {
     double density_;
 };
 
-/// The material point that is at x at time t, by Newton's method along the way from the start; none where it is lost.
+/// The material point that is at x at time t, by Newton's method in increments of time from the start; nothing if it fails.
 template <int D>
 std::optional<Vec<D>> material_point(const Solution<D>& solution, const Vec<D>& x, double t)
 {

@@ -1,5 +1,5 @@
-// Hexahedra of one eighth of a sphere of radius 0.5 m in the middle of a cube of half-side 1 m: the mesh that
-// cases/bimaterial-sphere/make_mesh.py writes, which says how it is built.
+// Hexahedra of one eighth of a sphere of radius 0.5 m in the middle of a cube of half-side 1 m: the mesh of
+// cases/bimaterial-sphere/make_mesh.py, which describes how it is built.
 #pragma once
 
 #include "particles/cell_seeding.hpp"
@@ -9,8 +9,8 @@
 
 namespace ordo::verification {
 
-/// Seven blocks: a core of n^3 cells, from its outer faces three of n^2 x inner cells to the sphere, and from there three of
-/// n^2 x outer cells to the cube.
+/// Seven blocks: a core of n^3 cells, three blocks of n^2 x inner cells from its outer faces to the sphere, and three of
+/// n^2 x outer cells from there to the cube.
 struct SphereMesh {
     static constexpr double radius = 0.5;
     int n = 5, inner = 3, outer = 7;
@@ -53,7 +53,7 @@ struct SphereMesh {
         }
         return x;
     }
-    /// The node on the line from the place u of the core's faces, u_a = 1 for one a, to the sphere and on to the cube.
+    /// The node of a layer on the line from place u on the core's faces (u_a = 1 for one a) through the sphere to the cube.
     Vec<3> shell(const Vec<3>& u, int layer) const
     {
         Vec<3> cube{};  // at equal angles

@@ -17,7 +17,7 @@ namespace {
 constexpr double kNaN      = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// What comes after `prefix`, where `text` starts with it.
+/// The rest of `text` after `prefix`, if it starts with it.
 std::optional<std::string_view> after(std::string_view text, std::string_view prefix)
 {
     if (!text.starts_with(prefix)) return std::nullopt;
@@ -30,7 +30,7 @@ std::string text_of(const Value& value)
     return std::get<std::string>(value);
 }
 
-/// The value as the parameter wants it; throws when it is not one.
+/// The value converted to the type of the parameter; throws if it is not valid.
 Value checked(const Parameter& parameter, const Value& value)
 {
     auto refuse = [&](const std::string& why) {
@@ -72,7 +72,7 @@ int per_axis_of(int ppc, int dim)
     return n;
 }
 
-/// Whether two studies of a case run the same: method and parameters, in whatever way they were set.
+/// Whether two studies of a case have the same method and parameters, however these were set.
 bool run_the_same(const Resolved& a, const Resolved& b)
 {
     const auto own = [](const Resolved& r) {
@@ -83,7 +83,7 @@ bool run_the_same(const Resolved& a, const Resolved& b)
     return a.preset == b.preset && a.ppc == b.ppc && a.request.method == b.request.method && own(a) == own(b);
 }
 
-/// The study without the bars that others lend it.
+/// Resolves a study, without the bars of other studies.
 Resolved resolve_one(const Case& of, const Study& study)
 {
     Resolved r{};

@@ -1,4 +1,4 @@
-// What `ordo verify` runs and judges: cases with parameters, studies of a method over meshes, and the bars they must meet.
+// The subject of `ordo verify`: cases with parameters, studies of a method over meshes, and the bars they must meet.
 #pragma once
 
 #include "method/tables.hpp"
@@ -15,7 +15,7 @@ namespace ordo::verification {
 /// Numbers by name, in the order in which they are reported.
 using Named = std::vector<std::pair<std::string, double>>;
 
-/// The entry called `name`; NaN where there is none.
+/// The entry called `name`; NaN if there is none.
 double find(const Named& named, std::string_view name);
 
 /// Columns of numbers, row by row.
@@ -31,23 +31,23 @@ struct Row {
     int particles             = 0;
     long steps                = 0;
     double dt                 = 0;  ///< s
-    double seconds            = 0;  ///< of wall time in steps
+    double seconds            = 0;  ///< wall time of steps
     double seconds_body_force = 0;  ///< of these in the body force by automatic differentiation
-    double seconds_cpu        = 0;  ///< of all threads in steps
+    double seconds_cpu        = 0;  ///< CPU time of all threads in steps
     Named error;                    ///< RMS over particles: displacement (m), velocity (m/s), stress (Pa), density
-    Named error_l2;        ///< square root of the sum of V |e|^2, V = J V0; velocity_grid over nodes, V their part of the grid
-    Named error_relative;  ///< L2 over that of the reference solution, where a case has no exact one
-    Named quantities;      ///< energies, momenta and what else a case watches
-    std::vector<std::pair<std::string, std::vector<double>>> curves;  ///< numbers over wave number, where a case has them
-    std::string failed;                                               ///< why the run ended early; empty when it did not
-    Table history;                                           ///< sums over time, see record.hpp; empty where nobody asked for it
-    Table final_particles;                                   ///< particles at the end, the same
-    std::vector<std::pair<std::string, std::string>> files;  ///< where these were written
+    Named error_l2;                 ///< square root of sum V |e|^2, V = J V0; velocity_grid over nodes, V their share of the grid
+    Named error_relative;           ///< L2 error over the norm of the reference solution, if a case has no exact one
+    Named quantities;               ///< energies, momenta and other observed numbers
+    std::vector<std::pair<std::string, std::vector<double>>> curves;  ///< functions of wave number, if a case has them
+    std::string failed;                                               ///< why the run ended early; empty if it did not
+    Table history;                                                    ///< sums over time, see record.hpp; empty if not recorded
+    Table final_particles;                                            ///< particles at the end, the same
+    std::vector<std::pair<std::string, std::string>> files;           ///< where these were written
 };
 
 using Value = std::variant<double, std::string>;
 
-/// A number that a case can be run with, or one of some words.
+/// A parameter of a case: a number, or a choice of words.
 struct Parameter {
     std::string name;
     Value value;  ///< the default
@@ -67,7 +67,7 @@ struct Values {
     void set(std::string_view name, const Value& value);
 };
 
-/// What is asked of one run.
+/// The input of one run.
 struct Request {
     MethodSpec method;
     int per_axis = 2;  ///< particles per cell along each axis
@@ -90,7 +90,7 @@ struct Bar {
     std::string limit() const;
 };
 
-/// A bar with what was measured: nothing where its meshes were not run, failed where a run gave no number.
+/// A bar with the measured number: nothing if its meshes were not run, failed if a run gave no number.
 struct Verdict {
     Bar bar;
     bool was_run = false;
@@ -133,14 +133,14 @@ struct Case {
     Row (*run)(const Request&);
     std::vector<Study> studies;
 
-    /// The dimension that the values ask for: the parameter `dim` where the case has one.
+    /// The dimension for these values: the parameter `dim` if the case has one.
     int dim_of(const Values& values) const;
 };
 
 /// All cases, in the order of the contract.
 const std::vector<Case>& cases();
 
-/// A study with everything resolved: the parameters are complete, axes set by name are in `method`.
+/// A resolved study: parameters are complete, and axes set by name are in `method`.
 struct Resolved {
     const Case* of;
     std::string preset;
@@ -159,7 +159,7 @@ Resolved resolve(const Case& of, const Study& study);
 /// The order of convergence between successive rows: log(e1/e2)/log(h1/h2); NaN without two positive numbers.
 double order_between(const Row& coarse, const Row& fine, std::string_view name);
 
-/// The number that a bar of this name looks at.
+/// The number to which a bar of this name refers.
 double value_of(const Row& row, std::string_view name);
 
 }  // namespace ordo::verification

@@ -42,8 +42,8 @@ std::vector<Study> small_amplitude(const Meshes& meshes)
     return studies;
 }
 
-/// A = 0.1: crossing of cells costs MPM its convergence, in the end the run; stretched domains keep the displacement at
-/// second order.
+/// A = 0.1: with cell crossing MPM loses convergence, and at last fails; with stretched domains the displacement stays second
+/// order.
 std::vector<Study> large_amplitude(const Meshes& mpm, const Meshes& stretched)
 {
     return {{.method = "mpm", .set = {}, .cells = mpm, .bars = orders_at_most("displacement", mpm, 0.5)},
@@ -51,8 +51,8 @@ std::vector<Study> large_amplitude(const Meshes& mpm, const Meshes& stretched)
             {.method = "cpdi1", .set = {}, .cells = stretched, .bars = orders_at_least("displacement", stretched, 1.9)}};
 }
 
-/// Negative control: on fine meshes the velocity of CPDI is first order and its stress falls. With one particle a cell
-/// the displacement follows: 1.91 at 64-128, 1.82 at 128-256.
+/// Negative control: on fine meshes the velocity of CPDI is first order and the order of its stress drops. With one particle per
+/// cell that of the displacement drops too: 1.91 at 64-128, 1.82 at 128-256.
 std::vector<Study> fine_cpdi()
 {
     const Meshes meshes{16, 32, 64, 128, 256};
@@ -80,7 +80,7 @@ Study reconstructed(const std::string& method, const std::vector<int>& cells, st
     return {.method = method, .ppc = ppc, .set = {}, .cells = cells, .bars = std::move(bars), .length = length};
 }
 
-/// The two cures of what the thesis found: second order of every field down to h = 2^-13, where MPM's relatives lose it.
+/// The two cures for the loss of order found in the thesis: second order of every field down to h = 2^-13.
 std::vector<Study> reconstructed_bars()
 {
     const Meshes cpls{16, 32, 64, 128, 256, 512}, fine{256, 512, 1024, 2048, 4096, 8192};
@@ -94,7 +94,7 @@ std::vector<Study> reconstructed_bars()
         studies.push_back(reconstructed(method, {128, 256, 512}, all_orders_at_least({128, 256, 512}, 1.95), Study::quick));
         studies.push_back(reconstructed(method, fine, all_orders_at_least(fine, 1.95), Study::night));
     }
-    // 50 periods: what is recommended keeps its errors and its energy.
+    // 50 periods: errors and energy of the recommended method stay bounded.
     studies.push_back({.method = "bscpdi2",
                        .set    = {{"end", 1.0}},
                        .cells  = {128},
@@ -109,7 +109,7 @@ std::vector<Study> reconstructed_bars()
     return studies;
 }
 
-/// Splines that are fitted to particles: third and fourth order of every field, wherever particles lie.
+/// Splines fitted to particles: third and fourth order of every field, for any particle positions.
 std::vector<Study> fitted_splines(const Meshes& quick, const Meshes& fine)
 {
     struct Order {
@@ -135,8 +135,8 @@ std::vector<Study> fitted_splines(const Meshes& quick, const Meshes& fine)
     return studies;
 }
 
-/// The momentum of the grid is that of the particles up to the error of their masses as a quadrature: second order with
-/// particles at the centres of sub-cells, fourth at Gauss points.
+/// The momentum of the grid is that of the particles up to the quadrature error of their masses: second order with particles at
+/// the centres of sub-cells, fourth order at Gauss points.
 std::vector<Study> momenta_of_splines()
 {
     const Meshes meshes{16, 32, 64};
@@ -151,7 +151,7 @@ std::vector<Study> momenta_of_splines()
     return studies;
 }
 
-/// What spline4 does on 16 cells impm-adjoint does on 1024, in 80 times the time; and 50 periods.
+/// spline4 on 16 cells has the error of impm-adjoint on 1024, which takes 80 times as long; and 50 periods.
 std::vector<Study> limits_of_splines()
 {
     const double error    = 7.6255e-7;  // of impm-adjoint, displacement
@@ -249,7 +249,7 @@ Case vibration_3d()
                     reconstructed("impm-adjoint", {8, 16}, orders_at_least("displacement", {8, 16}, 1.9), Study::night)}};
 }
 
-/// A free end within a cell costs splines no order.
+/// With a free end inside a cell splines lose no order.
 std::vector<Study> free_splines(const Meshes& meshes, Study::Length length)
 {
     const std::pair<const char*, double> orders[] = {{"spline3", 2.9}, {"spline4", 3.4}, {"spline5", 5.0}};
@@ -310,7 +310,7 @@ Case vibration_shifted()
                  .set    = {},
                  .cells  = {64, 128, 256},
                  .bars = orders_at_least("displacement", {64, 128, 256}, 1.8) + orders_at_least("velocity", {64, 128, 256}, 1.2)},
-                // Negative control: the first kick a whole step.
+                // Negative control: the first kick is a whole step.
                 {.method = "cpdi1",
                  .set    = {{"method.start", "plain"}},
                  .cells  = {64, 128, 256},
@@ -375,7 +375,7 @@ Case shear_rotation()
          {.method = "cpdi2", .set = {}, .cells = {16, 32, 64}, .bars = orders_at_least("displacement", {16, 32, 64}, 1.9)},
          {.method = "ugimp", .set = {}, .cells = {32, 64}, .bars = orders_at_most("displacement", {32, 64}, 0.5)},
          {.method = "mpm", .set = {}, .cells = {16, 32}, .bars = orders_at_most("displacement", {16, 32}, 0.5)},
-         // Boxes do not turn with the material: on fine meshes cpgimp falls behind.
+         // Boxes do not rotate with the material: on fine meshes cpgimp is less accurate.
          {.method = "cpgimp",
           .set    = {},
           .cells  = {64, 128},

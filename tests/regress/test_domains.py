@@ -126,7 +126,7 @@ class Pressure(Domains):
         self.write("case.toml", text + wall + PULL)
         done = ordo("check", "case.toml", cwd=self.dir)
         self.assertEqual(done.returncode, 2)
-        self.assertIn("no face that looks to x-max", done.stderr)
+        self.assertIn('no face "x-max"', done.stderr)
 
 
 class Meshes(Domains):

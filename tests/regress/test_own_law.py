@@ -85,7 +85,7 @@ class OwnLaw(InTemporaryDirectory):
         for change, message in (
             (("weight = 2.5\n", ""), "step-counter needs weight (what a step counts)"),
             (("weight = 2.5", "weight = 101"), "material[1].weight"),
-            (('model = "step-counter"', 'model = "jaumann-elastic"'), "is no parameter of jaumann-elastic"),
+            (('model = "step-counter"', 'model = "jaumann-elastic"'), "is not a parameter of jaumann-elastic"),
             (('name = "counting"\nmodel = "step-counter"\nweight = 2.5', 'name = "counting"'), 'no material of the case carries "steps_seen"'),
             (("spacing = 0.0625", "spacing = 0.0625\n[method]\npreset = 'spline3'"), "takes no material with history"),
         ):

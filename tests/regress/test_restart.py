@@ -176,13 +176,13 @@ class Restart(InTemporaryDirectory):
     def test_damaged(self):
         whole = self.half().read_bytes()
         for size in (0, 10, 600, len(whole) // 2, len(whole) - 1):
-            self.assert_damage_refused(whole[:size], "truncated" if size > 16 else "no checkpoint")
+            self.assert_damage_refused(whole[:size], "truncated" if size > 16 else "not a checkpoint")
         self.assert_damage_refused(whole + b"x", "corrupted")
         places = random.Random(2)
         for place in (20, 300, 520, len(whole) - 1, *(places.randrange(512, len(whole)) for _ in range(20))):
             with self.subTest(place):
                 self.assert_damage_refused(whole[:place] + bytes([whole[place] ^ 4]) + whole[place + 1 :], "out/")
-        self.assert_damage_refused(b"solid nonsense\n" * 1000, "no checkpoint of ordo")
+        self.assert_damage_refused(b"solid nonsense\n" * 1000, "not a checkpoint of ordo")
 
     def test_latest_takes_the_newest_good_one(self):
         file = self.half()
@@ -193,7 +193,7 @@ class Restart(InTemporaryDirectory):
         self.assert_same_files("whole", "out")
         for path in self.dir.glob("out/*.h5"):
             path.write_bytes(b"")
-        self.assertEqual(self.assert_refused("--restart", "latest", why="that can be used").count("no checkpoint of ordo"), 2)
+        self.assertEqual(self.assert_refused("--restart", "latest", why="that can be used").count("not a checkpoint of ordo"), 2)
 
     def test_other_version(self):
         file = self.half()

@@ -312,8 +312,8 @@ TEST_F(Meshes, WhatIsNotAMeshIsRefused)
 {
     EXPECT_PRED2(says, error<2>("absent.msh"), "cannot be opened");
     EXPECT_PRED2(says, error<2>(data), "cannot be opened");
-    EXPECT_PRED2(says, error<2>(data / "make_meshes.py"), "is not a mesh of Gmsh");
-    EXPECT_PRED2(says, error<2>(write("")), "is not a mesh of Gmsh");
+    EXPECT_PRED2(says, error<2>(data / "make_meshes.py"), "is not a Gmsh mesh");
+    EXPECT_PRED2(says, error<2>(write("")), "is not a Gmsh mesh");
     EXPECT_PRED2(says, error<2>(write("$MeshFormat\n4.0 0 8\n$EndMeshFormat\n")), "format version 4.0");
     EXPECT_PRED2(says, error<2>(write_mesh({}, {})), "holds no elements");
     EXPECT_PRED2(says, error<2>(write("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n")), "Gmsh cannot read it");
