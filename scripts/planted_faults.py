@@ -68,8 +68,8 @@ NAIVE_GATHER = "pass:Gather.EqualsTheNaiveLoop"
 LITERAL_BAR = "pass:Step.SchemesEqualTheLiteralBar"
 COX_DE_BOOR = "unit:Splines.AreThoseOfCoxAndDeBoor"
 CELL_INTEGRALS = "unit:CellWeights.AreTheIntegrals"
-PLANES = "unit:Boundary.PlanesActFromTheirNodeOutwards"
-BOUNDARY_TYPES = "unit:BoundaryTypes.ActOnTheirComponents"
+PLANES = "unit:Condition.PlanesActFromTheirNodeOutwards"
+BOUNDARY_TYPES = "unit:ConditionTypes.ActOnTheirComponents"
 ENERGY_DERIVATIVE = "unit:Materials.StressIsTheDerivativeOfTheEnergy"
 RESULTANTS = "pass:Tractions.ForceAndMomentAreExact"
 MOTIONS = "verify:Manufactured.DerivativesAreThoseOfTheMotion"
@@ -125,16 +125,16 @@ FAULTS = [
           "constrain(s, nodes, @t_kicked@);", "s.t + dt", "pass:Enrichment.GripsKeepTheirCorners"),
 
     # boundary conditions
-    fault("wall-on-wrong-side", "a condition holds the nodes on the inner side", "grid/boundary.hpp",
+    fault("wall-on-wrong-side", "a condition holds the nodes on the inner side", "grid/condition.hpp",
           "return @outer_is_above@ ? x >= at", "!outer_is_above", PLANES),
-    fault("upper-wall-node-free", "the node on an upper wall is not held", "grid/boundary.hpp",
+    fault("upper-wall-node-free", "the node on an upper wall is not held", "grid/condition.hpp",
           "x >= @at - tolerance@", "at + tolerance", PLANES),
-    fault("wall-keeps-increment", "a wall leaves the velocity increment, which FLIP reads", "grid/boundary.hpp",
-          "h.is_prescribed ? v - projected : @0.0@;", "dv", PLANES),
-    fault("prescribed-increment-sign", "the increment of a prescribed velocity has the wrong sign", "grid/boundary.hpp",
-          "h.is_prescribed ? @v - projected@ : 0.0;", "projected - v", "unit:BoundaryTypes.LaterConditionsWin"),
-    fault("symmetry-holds-tangent", "symmetry holds the tangential components", "grid/boundary.hpp",
-          "case BoundaryType::symmetry: return @component == axis@;", "component != axis", BOUNDARY_TYPES),
+    fault("wall-keeps-increment", "a wall leaves the velocity increment, which FLIP reads", "grid/condition.hpp",
+          "has_increment ? v - projected : @0.0@;", "increment", PLANES),
+    fault("prescribed-increment-sign", "the increment of a prescribed velocity has the wrong sign", "grid/condition.hpp",
+          "has_increment ? @v - projected@ : 0.0;", "projected - v", "unit:ConditionTypes.LaterConditionsWin"),
+    fault("symmetry-holds-tangent", "symmetry holds the tangential components", "grid/condition.hpp",
+          "case ConditionType::symmetry: return @component == axis@;", "component != axis", BOUNDARY_TYPES),
 
     # bases
     fault("hat-slope-sign", "the slope of the lower hat has the wrong sign", "shape/hat.hpp",
@@ -147,7 +147,7 @@ FAULTS = [
     fault("spline-without-upper-knots", "splines at the upper wall do not see the repeated knots", "shape/bspline.hpp",
           "right[j] = @smaller(j, after + 1)@ - t;", "j", COX_DE_BOOR),
     fault("greville-off-by-a-knot", "the places of splines are means of the wrong knots", "grid/lattice.hpp",
-          "sum += knot(a, @k - margin + j - p@);", "k - margin + j - p - 1", "unit:Boundary.PlanesActFromTheirGrevillePoint"),
+          "sum += knot(a, @k - margin + j - p@);", "k - margin + j - p - 1", "unit:Condition.PlanesActFromTheirGrevillePoint"),
     fault("wall-splines-whole", "the integrals of splines at walls are those of inner ones", "grid/lattice.hpp",
           "const int span = @knot(a, j + 1) - knot(a, j - p)@;", "p + 1", COX_DE_BOOR),
     fault("ddmpm-edge", "ddmpm takes half differences where the material ends", "shape/dual_domain.hpp",
@@ -262,8 +262,7 @@ FAULTS = [
           "method/enrichment.cpp", "if (@writes[k].first == writes[k - 1].first && writes[k].second != writes[k - 1].second@)",
           "false", "pass:Enrichment.PartsMeetOnTheGrid"),
     fault("wall-holds-what-leaves", "a wall holds corners that leave it and lets go those that come", "method/enrichment.cpp",
-          "@outwards * (before[NodeLane::velocity + b.axis] - b.velocity(b.axis, x, t)) <= 0@)",
-          "outwards * (before[NodeLane::velocity + b.axis] - b.velocity(b.axis, x, t)) >= 0",
+          "|| outwards * (before[NodeLane::velocity + b.axis] - b.velocity(b.axis, x, t)) @>@ 0;", "<",
           "pass:Enrichment.ConditionsHoldOnCorners"),
     fault("kept-velocity-as-momentum", "kept velocities of corners are taken as momenta", "method/enrichment.cpp",
           "node[NodeLane::velocity + a] = @node[NodeLane::mass] * p.corner_velocity[c][a]@;", "p.corner_velocity[c][a]",

@@ -224,15 +224,15 @@ int enrich(const Model<D>& model, Particles<D>& p)
     const std::vector<bool> is_chosen = chosen_corners(model.method, p);
     p.enriched                        = Array<std::int32_t>(std::count(is_chosen.begin(), is_chosen.end(), true));
     p.corner_planes                   = Array<std::uint64_t>(p.corner.size());
-    if (model.boundaries.size() > 64) throw InputError("enriched corners allow at most 64 boundary conditions; merge some");
+    if (model.conditions.size() > 64) throw InputError("enriched corners allow at most 64 boundary conditions; merge some");
     int count = 0;
     for (int c = 0; c < static_cast<int>(p.corner.size()); ++c) {
         p.corner_planes[c] = 0;
         if (!is_chosen[c]) continue;
         p.enriched[count++] = c;
-        for (std::size_t k = 0; k < model.boundaries.size(); ++k) {
-            const int axis = model.boundaries[k].axis;
-            if (model.boundaries[k].covers(p.corner[c][axis], model.h[axis])) p.corner_planes[c] |= std::uint64_t{1} << k;
+        for (std::size_t k = 0; k < model.conditions.size(); ++k) {
+            const int axis = model.conditions[k].axis;
+            if (model.conditions[k].covers(p.corner[c][axis], model.h[axis])) p.corner_planes[c] |= std::uint64_t{1} << k;
         }
     }
     require_no_seam(model, p);
@@ -287,24 +287,20 @@ void constrain_enriched(const Model<D>& model, State<D>& s, Lanes* nodes, double
     const Particles<D>& p = s.particles;
     for_each_own_node(p, [&](int c, std::ptrdiff_t own) {
         const Vec<D> x     = s.lattice.inside_period(p.corner[c]);
-        Lanes& node        = nodes[own];
-        const Lanes before = node;
-        for (std::size_t k = 0; k < model.boundaries.size(); ++k) {
-            const Boundary<D>& b    = model.boundaries[k];
-            const bool starts_there = p.corner_planes[c] >> k & 1;
-            if (!starts_there && !b.covers(x[b.axis], model.h[b.axis])) continue;
+        const Lanes before = nodes[own];
+        auto starts_on     = [&](int k) { return (p.corner_planes[c] >> k & 1) != 0; };
+        auto acts          = [&](int k) {
+            if (starts_on(k)) return true;
+            const Condition<D>& b = model.conditions[k];
+            if (!b.covers(x[b.axis], model.h[b.axis])) return false;
             const double outwards = b.outer_is_above ? 1.0 : -1.0;
-            if (!starts_there && b.constrains(b.axis) &&
-                outwards * (before[NodeLane::velocity + b.axis] - b.velocity(b.axis, x, t)) <= 0)
-                continue;
-            for (int a = 0; a < D; ++a) {
-                if (!b.constrains(a)) continue;
-                const double v                = b.velocity(a, x, t);
-                const double projected        = before[NodeLane::velocity + a] - before[NodeLane::increment + a];
-                const bool feels              = !starts_there || b.type == BoundaryType::velocity;
-                node[NodeLane::velocity + a]  = v;
-                node[NodeLane::increment + a] = feels ? v - projected : 0.0;
-            }
+            return !b.constrains(b.axis) || outwards * (before[NodeLane::velocity + b.axis] - b.velocity(b.axis, x, t)) > 0;
+        };
+        for (int a = 0; a < D; ++a) {
+            const int k = holding(model.conditions, a, acts);
+            if (k < 0) continue;
+            const Condition<D>& b = model.conditions[k];
+            hold(nodes[own], a, b.velocity(a, x, t), !starts_on(k) || b.type == ConditionType::velocity);
         }
     });
 }

@@ -183,7 +183,7 @@ void Explicit<D>::kick(State<D>& s, Lanes* nodes, double dt, double t, bool has_
         // Constrained components have no acceleration, or the one that leads to the prescribed velocity.
         Lanes* known = s.field.known.data();
         s.field.constraints.for_each_velocity(
-            model().boundaries, t, [&](std::ptrdiff_t node, int a, bool is_prescribed, double v) {
+            model().conditions, t, [&](std::ptrdiff_t node, int a, bool is_prescribed, double v) {
                 const double total                   = is_prescribed ? (v - nodes[node][NodeLane::velocity + a]) / dt : 0.0;
                 known[node][NodeLane::increment + a] = total - model().gravity[a];
             });
@@ -373,7 +373,7 @@ template <int D>
 void Explicit<D>::constrain(State<D>& s, Lanes* nodes, double t) const
 {
     Stopwatch watch(times(), StageTimes::nodes);
-    s.field.constraints.apply(model().boundaries, nodes, t);
+    s.field.constraints.apply(model().conditions, nodes, t);
     constrain_enriched(model(), s, nodes, t);
     s.field.halo.copy(nodes);
 }

@@ -54,7 +54,7 @@ void arrange_nodes(const Model<D>& model, State<D>& s, const Lattice<D>& lattice
     }
     s.lattice           = lattice;
     s.field.tiles       = std::move(tiles);
-    s.field.constraints = Constraints<D>(model.boundaries, s.lattice, s.field.tiles);
+    s.field.constraints = Constraints<D>(model.conditions, s.lattice, s.field.tiles);
     number_enriched(s);
 }
 

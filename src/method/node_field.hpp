@@ -1,7 +1,7 @@
 // A velocity field of the grid: its nodes, what they hold and what holds them.
 #pragma once
 
-#include "grid/boundary.hpp"
+#include "grid/condition.hpp"
 #include "grid/halo.hpp"
 #include "grid/node_rows.hpp"
 #include "grid/tiles.hpp"

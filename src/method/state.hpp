@@ -34,7 +34,7 @@ struct Model {
     BodyForceKernel<D> body_force_kernel;     ///< where set, instead of body_forces
     std::vector<Traction<D>> tractions;
     std::vector<Load<D>> loads;  ///< the faces that they act on, see add_loads
-    std::vector<Boundary<D>> boundaries;
+    std::vector<Condition<D>> conditions;
     /// For schemes that need to know where bodies end inside the grid: functions of the initial position, m, that are negative inside
     /// and vanish on the free surface.
     std::vector<LevelSet<D>> surface;
@@ -136,23 +136,23 @@ inline int extra_reach(const MethodSpec& method)
 
 /// Whether a condition stands on a plane other than the face of the grid on its side.
 template <int D>
-bool is_inner_plane(const Model<D>& model, const Boundary<D>& b)
+bool is_inner_plane(const Model<D>& model, const Condition<D>& b)
 {
     return std::fabs(b.at - model.face(b.axis, b.outer_is_above)) > 1e-9 * model.h[b.axis];
 }
 /// Whether a condition stands on a plane inside a grid of splines, where they do not interpolate.
 template <int D>
-bool is_inner_plane_of_splines(const Model<D>& model, const Boundary<D>& b)
+bool is_inner_plane_of_splines(const Model<D>& model, const Condition<D>& b)
 {
     return grid_basis(model.method).degree > 1 && is_inner_plane(model, b);
 }
 
 /// Walls on both faces of the grid along an axis, frictionless by default.
 template <int D>
-void add_walls(Model<D>& model, int axis, BoundaryType type = BoundaryType::symmetry)
+void add_walls(Model<D>& model, int axis, ConditionType type = ConditionType::symmetry)
 {
     for (const bool above : {false, true})
-        model.boundaries.push_back(
+        model.conditions.push_back(
             {.axis = axis, .outer_is_above = above, .at = model.face(axis, above), .type = type, .value = {}});
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 /// Prescribed velocities must be numbers on the nodes of their plane; of a plane of two axes 1000 along each are asked.
 template <int D>
-void require_finite_on_plane(const Boundary<D>& b, int k, const Model<D>& model)
+void require_finite_on_plane(const Condition<D>& b, int k, const Model<D>& model)
 {
     Index<D> n{}, step{};
     for (int a = 0; a < D; ++a) {
@@ -30,16 +30,16 @@ void require_finite_on_plane(const Boundary<D>& b, int k, const Model<D>& model)
     });
 }
 
-BoundaryType type_of(FaceType type)
+ConditionType type_of(FaceType type)
 {
     switch (type) {
-    case FaceType::symmetry: return BoundaryType::symmetry;
-    case FaceType::velocity: return BoundaryType::velocity;
+    case FaceType::symmetry: return ConditionType::symmetry;
+    case FaceType::velocity: return ConditionType::velocity;
     case FaceType::fixed:
     case FaceType::periodic:
     case FaceType::free: break;
     }
-    return BoundaryType::fixed;
+    return ConditionType::fixed;
 }
 
 template <int D>
@@ -75,12 +75,12 @@ void set_up_conditions(const CaseSpec<D>& spec, Model<D>& model)
         require_plane(b, k, spec);
         if (b.type == FaceType::periodic) model.periodic[b.axis] = true;
         if (b.type == FaceType::periodic || b.type == FaceType::free) continue;
-        Boundary<D> r{.axis           = b.axis,
-                      .outer_is_above = b.is_above,
-                      .at             = b.at.value_or(model.face(b.axis, b.is_above)),
-                      .type           = type_of(b.type),
-                      .value          = {}};
-        if (r.type == BoundaryType::velocity) {
+        Condition<D> r{.axis           = b.axis,
+                       .outer_is_above = b.is_above,
+                       .at             = b.at.value_or(model.face(b.axis, b.is_above)),
+                       .type           = type_of(b.type),
+                       .value          = {}};
+        if (r.type == ConditionType::velocity) {
             r.value = b.value;
             require_finite_on_plane(r, k, model);
         }
@@ -89,7 +89,7 @@ void set_up_conditions(const CaseSpec<D>& spec, Model<D>& model)
                  fmt::format("the plane {} = {} lies inside the grid, where splines do not interpolate: a wall there "
                              "would be wrong by up to a cell; let the grid end there, or use basis \"hat\"",
                              "xyz"[b.axis], r.at));
-        model.boundaries.push_back(std::move(r));
+        model.conditions.push_back(std::move(r));
     }
     for (std::size_t n = 0; n < spec.boundaries.size(); ++n) {
         const BoundarySpec<D>& b = spec.boundaries[n];

@@ -60,7 +60,7 @@ void require_seed_inside(const BodySpec<D>& b, int k, const Seed<D>& s, int a, c
         fail(k, fmt::format("body \"{}\" lies outside the grid: its particle at {} reaches beyond the range {} to {} of axis "
                             "{}; move the body or enlarge [grid] size",
                             b.name, place_text(s.x), low, high, "xyz"[a]));
-    for (const Boundary<D>& plane : model.boundaries)
+    for (const Condition<D>& plane : model.conditions)
         if (plane.axis == a && (plane.outer_is_above ? s.x[a] > plane.at + tolerance : s.x[a] < plane.at - tolerance))
             fail(k,
                  fmt::format("body \"{}\" lies beyond the boundary at {} = {}: a particle is at {}; move the body or the plane",

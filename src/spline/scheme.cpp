@@ -92,8 +92,8 @@ void require_spline_model(const Model<D>& model)
     if (!model.surface.empty() && model.method.basis == Basis::hat)
         throw InputError(only + "takes bodies with free surfaces with basis bspline2 to bspline5: with hats waves grow there");
     std::array<std::array<bool, 2>, D> is_walled{};
-    for (const Boundary<D>& b : model.boundaries) {
-        if (b.type == BoundaryType::velocity)
+    for (const Condition<D>& b : model.conditions) {
+        if (b.type == ConditionType::velocity)
             throw InputError(only + "takes walls at rest: [[boundary]] type \"fixed\" or \"symmetry\", not \"velocity\"");
         if (is_inner_plane(model, b))
             throw InputError(only + "takes walls on faces of the grid only: move the [[boundary]] or the grid's face");
@@ -203,7 +203,7 @@ void SplineScheme<D>::hold_walls()
 {
     for (auto& ends : velocity_free_) ends = kFreeEnds;
     for (auto& ends : acceleration_free_) ends = kFreeEnds;
-    for (const Boundary<D>& b : model().boundaries)
+    for (const Condition<D>& b : model().conditions)
         for (int c = 0; c < D; ++c)
             if (b.constrains(c)) {
                 velocity_free_[b.axis][b.outer_is_above][SplineLane::velocity + c]         = 0.0;

@@ -26,7 +26,7 @@ Problem<1> bar(const Request& r)
     p.model.h          = {kLength / r.cells};
     p.model.cells      = {r.cells};
     p.model.materials  = {{find_law("linear-rate-1d"), kDensity, 0.0, r.values.number("young") / 2}};
-    p.model.boundaries = {Boundary<1>{.at = 0.0, .value = {}}, Boundary<1>{.outer_is_above = true, .at = kLength, .value = {}}};
+    p.model.conditions = {Condition<1>{.at = 0.0, .value = {}}, Condition<1>{.outer_is_above = true, .at = kLength, .value = {}}};
     p.dt               = r.values.number("dt");
     p.seeds            = fill_box(Bounds<1>{{0.0}, {kLength}}, SubCells<1>{{}, p.model.h, {r.per_axis}});
     p.contains         = [](const Vec<1>& X) { return X[0] >= -1e-12 && X[0] <= kLength + 1e-12; };
@@ -109,7 +109,7 @@ Row pull(const Request& r)
     p.model.h           = {kLength / r.cells};
     p.model.cells       = {r.cells + r.cells / 4 + 1};
     p.model.materials   = {{find_law("linear-rate-1d"), density, 0.0, young / 2}};
-    p.model.boundaries  = {Boundary<1>{.at = 0.0, .value = {}}};
+    p.model.conditions  = {Condition<1>{.at = 0.0, .value = {}}};
     p.dt                = r.values.number("cfl") * p.model.h[0] / kLength * period;
     p.seeds             = fill_box(Bounds<1>{{0.0}, {kLength}}, SubCells<1>{{}, p.model.h, {r.per_axis}});
     p.contains          = [](const Vec<1>& X) { return X[0] >= -1e-12 && X[0] <= kLength + 1e-12; };

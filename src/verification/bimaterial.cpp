@@ -134,9 +134,9 @@ Problem<2> hanging_bar(const Request& r)
     p.model.cells         = {1, static_cast<int>(std::lround((Column::length + room) * r.cells))};
     p.model.materials     = two_materials(r.values.word("stiff") == "bottom", 1e7, r.values.number("contrast"), 1050.0);
     p.model.gravity       = {0.0, Column::gravity};
-    p.model.boundaries    = {{.axis = 0, .at = 0.0, .type = BoundaryType::symmetry, .value = {}},
-                             {.axis = 0, .outer_is_above = true, .at = h, .type = BoundaryType::symmetry, .value = {}},
-                             {.axis = 1, .outer_is_above = true, .at = Column::length, .type = BoundaryType::fixed, .value = {}}};
+    p.model.conditions    = {{.axis = 0, .at = 0.0, .type = ConditionType::symmetry, .value = {}},
+                             {.axis = 0, .outer_is_above = true, .at = h, .type = ConditionType::symmetry, .value = {}},
+                             {.axis = 1, .outer_is_above = true, .at = Column::length, .type = ConditionType::fixed, .value = {}}};
     p.dt                  = r.values.number("dt");
     p.seeds               = fill_box(Bounds<2>{{0.0, 0.0}, {h, Column::length}}, SubCells<2>{{}, p.model.h, {1, r.per_axis}});
     p.body                = [](const Vec<2>& X) { return X[1] < Column::middle ? 0 : 1; };
@@ -244,7 +244,7 @@ Problem<2> spinning_ring(const Request& r)
     p.model.h         = Vec<2>::filled(1.0 / r.cells);
     p.model.cells     = Index<2>::filled(static_cast<int>(std::ceil((Ring::outer + 0.1) * r.cells)));
     p.model.materials = two_materials(r.values.word("stiff") == "inner", 1e9, r.values.number("contrast"), 1000.0);
-    for (const int a : {0, 1}) p.model.boundaries.push_back({.axis = a, .at = 0.0, .type = BoundaryType::symmetry, .value = {}});
+    for (const int a : {0, 1}) p.model.conditions.push_back({.axis = a, .at = 0.0, .type = ConditionType::symmetry, .value = {}});
     const VectorField<2> body_force{Field([](const FieldPoint& at) { return Ring::force(at.x[0]); }),
                                     Field([](const FieldPoint& at) { return Ring::force(at.x[1]); })};
     p.model.body_forces = {body_force, body_force};
@@ -370,7 +370,8 @@ Row pull_sphere(const Request& r)
     p.model.h         = Vec<3>::filled(1.0 / r.cells);
     p.model.cells     = Index<3>::filled(static_cast<int>(std::ceil(room * r.cells)));
     p.model.materials = two_materials(true, 1e6 * contrast, contrast, 1000.0);
-    for (int a = 0; a < 3; ++a) p.model.boundaries.push_back({.axis = a, .at = 0.0, .type = BoundaryType::symmetry, .value = {}});
+    for (int a = 0; a < 3; ++a)
+        p.model.conditions.push_back({.axis = a, .at = 0.0, .type = ConditionType::symmetry, .value = {}});
     p.dt = r.values.number("dt");
     const SphereMesh mesh{.n = 5 * refined, .inner = 3 * refined, .outer = 7 * refined};
     p.corners         = mesh.cells();

@@ -45,8 +45,8 @@ Row rebound(const Request& r)
 {
     Problem<2> p = disks(r, {{0.4, 0.4}});
     p.velocity   = [](const Vec<2>&) { return Vec<2>{kSpeed, 0.0}; };
-    p.model.boundaries.push_back({.axis = 0, .at = 0.05, .type = BoundaryType::symmetry, .value = {}});
-    p.model.boundaries.push_back({.axis = 0, .outer_is_above = true, .at = 0.75, .type = BoundaryType::symmetry, .value = {}});
+    p.model.conditions.push_back({.axis = 0, .at = 0.05, .type = ConditionType::symmetry, .value = {}});
+    p.model.conditions.push_back({.axis = 0, .outer_is_above = true, .at = 0.75, .type = ConditionType::symmetry, .value = {}});
     return watch(p);
 }
 

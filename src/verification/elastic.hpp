@@ -78,7 +78,7 @@ void manufacture(Problem<D>& problem, const Motion& motion)
 
 /// A problem in the unit box between walls.
 template <int D, class Motion>
-Problem<D> in_unit_box(const Request& request, const Motion& motion, BoundaryType walls = BoundaryType::symmetry)
+Problem<D> in_unit_box(const Request& request, const Motion& motion, ConditionType walls = ConditionType::symmetry)
 {
     Problem<D> p = on_grid<D>(request, Vec<D>{}, Index<D>::filled(request.cells));
     for (int a = 0; a < D; ++a) add_walls(p.model, a, walls);

@@ -39,11 +39,11 @@ Row slide(const Request& r)
     p.model.periodic[0] = true;
     if constexpr (D == 3) add_walls(p.model, 2);
     for (const bool above : {false, true}) {
-        Boundary<D> wall{
-            .axis = 1, .outer_is_above = above, .at = above ? 1.0 : 0.0, .type = BoundaryType::velocity, .value = {}};
+        Condition<D> wall{
+            .axis = 1, .outer_is_above = above, .at = above ? 1.0 : 0.0, .type = ConditionType::velocity, .value = {}};
         wall.value[0] = Field(above ? rate : 0.0);
         wall.value[1] = Field(0.0);
-        p.model.boundaries.push_back(std::move(wall));
+        p.model.conditions.push_back(std::move(wall));
     }
     p.seeds = fill_box(Bounds<D>{Vec<D>{}, Vec<D>::filled(1.0)}, SubCells<D>{Vec<D>{}, p.model.h, Index<D>::filled(r.per_axis)});
     p.contains = [](const Vec<D>& X) { return X[1] >= -1e-12 && X[1] <= 1 + 1e-12; };

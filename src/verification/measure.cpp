@@ -21,7 +21,7 @@ namespace {
 template <int D>
 Row row_of(const Problem<D>& problem)
 {
-    for (const Boundary<D>& b : problem.model.boundaries)
+    for (const Condition<D>& b : problem.model.conditions)
         if (is_inner_plane_of_splines(problem.model, b))
             throw InputError("--method: the case has walls inside the grid, where splines do not interpolate; use basis hat");
     Row row{};

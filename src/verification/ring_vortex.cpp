@@ -38,8 +38,8 @@ Row expand_ring(const Request& r)
     Index<D> cells   = Index<D>::filled(across);
     if constexpr (D == 3) cells[2] = cells_along(0.1, r.cells);
     Problem<D> p = on_grid<D>(r, Vec<D>{}, cells);
-    p.model.boundaries.push_back({.axis = 0, .at = 0.0, .type = BoundaryType::symmetry, .value = {}});
-    p.model.boundaries.push_back({.axis = 1, .at = 0.0, .type = BoundaryType::symmetry, .value = {}});
+    p.model.conditions.push_back({.axis = 0, .at = 0.0, .type = ConditionType::symmetry, .value = {}});
+    p.model.conditions.push_back({.axis = 1, .at = 0.0, .type = ConditionType::symmetry, .value = {}});
     Tube<D> tube{.inner = inner, .outer = outer, .to = kPi / 2};
     if constexpr (D == 3) {
         add_walls(p.model, 2);

@@ -184,7 +184,7 @@ Row vibrate_freely(const Request& r)
 {
     const Values& v = r.values;
     Problem<1> p = on_grid<1>(r, Vec<1>{}, Index<1>{static_cast<int>(std::ceil((1.02 + v.number("amplitude")) * r.cells)) + 1});
-    p.model.boundaries.push_back({.axis = 0, .at = 0.0, .type = BoundaryType::symmetry, .value = {}});
+    p.model.conditions.push_back({.axis = 0, .at = 0.0, .type = ConditionType::symmetry, .value = {}});
     p.model.surface = {[](const Vec<1>& X) { return X[0] - 1; }};
     p.seeds         = placed_in(Bounds<1>{Vec<1>{}, Vec<1>{1.0}}, p.model, r);
     p.contains      = [](const Vec<1>& X) { return X[0] >= -1e-12 && X[0] <= 1 + 1e-12; };
@@ -195,8 +195,8 @@ Row vibrate_freely(const Request& r)
 Row bend(const Request& r)
 {
     const BentBox motion{r.values.number("amplitude"), kPi * paper_speed(r.values), r.values.number("phase") * kPi};
-    return r.values.word("dim") == "3" ? measure(in_unit_box<3>(r, motion, BoundaryType::fixed))
-                                       : measure(in_unit_box<2>(r, motion, BoundaryType::fixed));
+    return r.values.word("dim") == "3" ? measure(in_unit_box<3>(r, motion, ConditionType::fixed))
+                                       : measure(in_unit_box<2>(r, motion, ConditionType::fixed));
 }
 
 }  // namespace

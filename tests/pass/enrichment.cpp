@@ -190,9 +190,9 @@ TEST(FiniteElements, EqualPlainOnesOnTheBar)
     auto material    = [](double E) { return Material{find_law("neo-hookean"), 1050, 0.3 * E / (1.3 * 0.4), E / 2.6}; };
     model.materials  = {material(5e6), material(1e7)};
     model.gravity    = {0, -10};
-    model.boundaries = {{.axis = 0, .at = 0.0, .type = BoundaryType::symmetry, .value = {}},
-                        {.axis = 0, .outer_is_above = true, .at = 1.0, .type = BoundaryType::symmetry, .value = {}},
-                        {.axis = 1, .outer_is_above = true, .at = 9.0, .type = BoundaryType::fixed, .value = {}}};
+    model.conditions = {{.axis = 0, .at = 0.0, .type = ConditionType::symmetry, .value = {}},
+                        {.axis = 0, .outer_is_above = true, .at = 1.0, .type = ConditionType::symmetry, .value = {}},
+                        {.axis = 1, .outer_is_above = true, .at = 9.0, .type = ConditionType::fixed, .value = {}}};
     model.body_forces.resize(2);
     const auto seeds   = fill_box(Bounds<2>{{0, 0}, {1, 9}}, SubCells<2>{{}, model.h, {1, 2}});
     const auto corners = corner_points(seeds);
@@ -308,8 +308,8 @@ TEST(Enrichment, ConditionsHoldOnCorners)
 {
     for (const CornerVelocity velocity : {CornerVelocity::remapped, CornerVelocity::kept}) {
         Model<2> model   = test::unit_box<2>(8, enriched(Enrichment::all, velocity));
-        model.boundaries = {{.axis = 0, .at = 0.25, .type = BoundaryType::symmetry, .value = {}},
-                            {.axis = 1, .at = 0.2, .type = BoundaryType::symmetry, .value = {}}};
+        model.conditions = {{.axis = 0, .at = 0.25, .type = ConditionType::symmetry, .value = {}},
+                            {.axis = 1, .at = 0.2, .type = ConditionType::symmetry, .value = {}}};
         const auto seeds = fill_box(Bounds<2>{{0.25, 0.25}, {0.5, 0.75}}, SubCells<2>{{}, model.h, {2, 2}});
         Particles<2> p   = plant_all(model, seeds);
         set_velocities<2>(
@@ -345,10 +345,10 @@ TEST(Enrichment, ConditionsHoldOnCorners)
 TEST(Enrichment, GripsKeepTheirCorners)
 {
     Model<2> model = test::unit_box<2>(8, find_preset("fem")->spec);
-    Boundary<2> grip{.axis = 1, .outer_is_above = true, .at = 0.75, .type = BoundaryType::velocity, .value = {}};
+    Condition<2> grip{.axis = 1, .outer_is_above = true, .at = 0.75, .type = ConditionType::velocity, .value = {}};
     grip.value[1] =
         Field(std::function<double(const FieldPoint&)>([](const FieldPoint& at) { return -0.02 * std::min(1.0, at.t); }));
-    model.boundaries = {{.axis = 1, .at = 0.25, .type = BoundaryType::fixed, .value = {}}, grip};
+    model.conditions = {{.axis = 1, .at = 0.25, .type = ConditionType::fixed, .value = {}}, grip};
     const Explicit<2> method(model);
     State<2> s      = method.start(plant_all(model, test::block(model, 0.25, 0.75, 2)));
     const double dt = 0.5 * stable_time_step(model, s.particles);

@@ -133,7 +133,7 @@ struct Body {
     }
     void fill_known()
     {
-        s.field.constraints.for_each_velocity(method.model().boundaries, 0.0, [&](std::ptrdiff_t node, int a, bool, double v) {
+        s.field.constraints.for_each_velocity(method.model().conditions, 0.0, [&](std::ptrdiff_t node, int a, bool, double v) {
             s.field.known[static_cast<std::size_t>(node)][first + a] = v;
         });
     }
@@ -322,7 +322,7 @@ void check_solution(const Model<D>& model, double low, double high)
             }
             if (b.image(i) == i) after[a] += b.mass(i) * b.s.field.nodes[i][b.first + a];
         }
-        if (model.boundaries.empty()) {
+        if (model.conditions.empty()) {
             EXPECT_NEAR(after[a], before[a], 1e-11 * size);
         }
     }
@@ -330,11 +330,11 @@ void check_solution(const Model<D>& model, double low, double high)
 
 /// Fixed on the left, prescribed along the first axis in the middle and beyond.
 template <int D>
-std::vector<Boundary<D>> walls()
+std::vector<Condition<D>> walls()
 {
-    Boundary<D> pulled{.axis = 0, .outer_is_above = true, .at = 0.6, .type = BoundaryType::velocity, .value = {}};
+    Condition<D> pulled{.axis = 0, .outer_is_above = true, .at = 0.6, .type = ConditionType::velocity, .value = {}};
     pulled.value[0] = Field(0.7);
-    return {Boundary<D>{.axis = 0, .at = 0.0, .value = {}}, pulled};
+    return {Condition<D>{.axis = 0, .at = 0.0, .value = {}}, pulled};
 }
 
 template <int D>
@@ -343,9 +343,9 @@ void check_solutions(const MethodSpec& spec)
     Model<D> model = consistent_box<D>(D == 1 ? 12 : 6, spec);
     check_solution(model, 0.25, 0.75);
     check_solution(model, 0.26, 0.71);  // nodes that are nearly empty
-    model.boundaries = walls<D>();
+    model.conditions = walls<D>();
     check_solution(model, 0.0, 0.75);
-    model.boundaries.clear();
+    model.conditions.clear();
     model.periodic = Vec<D, bool>::filled(true);
     check_solution(model, 0.0, 0.75);
     check_solution(model, 0.0, 1.0);
@@ -390,7 +390,7 @@ TEST(MassMatrix, KnownValuesAreNoAfterthought)
 {
     Model<1> model = consistent_box<1>(12, test::shape_spec(Basis::bspline2, Domain::point));
     Body<1> free(model, 0.0, 0.75, 3);
-    model.boundaries = walls<1>();
+    model.conditions = walls<1>();
     Body<1> held(model, 0.0, 0.75, 3);
     const auto known = held.known(0);
     free.solve(0.05);
@@ -412,9 +412,9 @@ TEST(MassMatrix, PrescribedVelocitiesReachTheParticles)
     for (const Basis basis : {Basis::hat, Basis::bspline2, Basis::ddmpm})
         for (const TimeScheme scheme : {TimeScheme::usf, TimeScheme::usl, TimeScheme::musl}) {
             Model<1> model = consistent_box<1>(20, {.basis = basis, .scheme = scheme});
-            Boundary<1> wall{.at = 0.0, .type = BoundaryType::velocity, .value = {}};
+            Condition<1> wall{.at = 0.0, .type = ConditionType::velocity, .value = {}};
             wall.value[0]    = Field(0.01);
-            model.boundaries = {wall};
+            model.conditions = {wall};
             const auto seeds = test::block(model, 0.0, 0.5, 3);
             const Explicit<1> method(std::move(model));
             State<1> s = method.start(plant_all(method.model(), seeds));

@@ -56,7 +56,7 @@ TEST(Memory, AHugeGridCostsItsMaterial)
         Model<3> model      = test::unit_box<3>(1024, Domain::point);
         model.periodic      = Vec<3, bool>::filled(is_periodic);
         model.method.scheme = TimeScheme::musl;  // two arrays of nodes
-        for (int a = 0; a < 3 && !is_periodic; ++a) model.boundaries.push_back(Boundary<3>{.axis = a, .at = 0.0, .value = {}});
+        for (int a = 0; a < 3 && !is_periodic; ++a) model.conditions.push_back(Condition<3>{.axis = a, .at = 0.0, .value = {}});
         const Explicit<3> method(model);
         Particles<3> p = plant_all(model, test::block(model, 0.0, 16.0 / 1024, 2));
         for (int i = 0; i < p.count; ++i) p.v[i] = {0.1, -0.2, 0.3};

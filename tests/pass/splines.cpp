@@ -79,7 +79,7 @@ TEST(SplineFit, GivesBackASpline)
         check_identity(test::walled_box<3>(5, method));
         check_identity(periodic_box<1>(16, method));
         check_identity(periodic_box<2>(8, method));
-        check_identity(test::walled_box<2>(8, method, BoundaryType::fixed));
+        check_identity(test::walled_box<2>(8, method, ConditionType::fixed));
     }
 }
 
@@ -250,7 +250,7 @@ TEST(FreeSurface, FrozenLatticesAreNeutral)
         SCOPED_TRACE(preset);
         for (const double length : {0.63, 0.65, 0.69}) {
             Model<1> model = test::unit_box<1>(16, find_preset(preset)->spec);
-            model.boundaries.push_back({.axis = 0, .at = 0.0, .type = BoundaryType::symmetry, .value = {}});
+            model.conditions.push_back({.axis = 0, .at = 0.0, .type = ConditionType::symmetry, .value = {}});
             model.surface = {[length](const Vec<1>& X) { return X[0] - length; }};
             EXPECT_LT(largest_real_part(model, 2, 0.0, 0.0, length), 1e-12);
             EXPECT_LT(largest_real_part(model, 3, 0.25, 0.0, length), 1e-12);
@@ -306,10 +306,10 @@ TEST(SplineFit, ModelsThatItCannotHoldAreRefused)
               std::string::npos);
     Model<2> model = test::walled_box<2>(8, spec);
     EXPECT_EQ(refusal(model), "nothing");
-    model.boundaries[1].type = BoundaryType::velocity;
+    model.conditions[1].type = ConditionType::velocity;
     EXPECT_NE(refusal(model).find("walls at rest"), std::string::npos);
     model                  = test::walled_box<2>(8, spec);
-    model.boundaries[1].at = 0.5;
+    model.conditions[1].at = 0.5;
     EXPECT_NE(refusal(model).find("on faces of the grid"), std::string::npos);
     model = test::walled_box<2>(8, spec);
     model.materials.push_back(model.materials[0]);

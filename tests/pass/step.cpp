@@ -78,7 +78,7 @@ void check_against_literal(TimeScheme scheme, Start start)
     Model<1> model      = test::unit_box<1>(16, Domain::point);
     model.method.scheme = scheme;
     model.method.start  = start;
-    model.boundaries    = {Boundary<1>{.at = 0.0, .value = {}}, Boundary<1>{.outer_is_above = true, .at = 1.0, .value = {}}};
+    model.conditions    = {Condition<1>{.at = 0.0, .value = {}}, Condition<1>{.outer_is_above = true, .at = 1.0, .value = {}}};
     const Explicit<1> method(model);
     State<1> s = method.start(plant_all(model, test::block(model, 0.0, 1.0, 2)));
     LiteralBar bar{model.h[0], model.materials[0].mu, model.materials[0].lambda, model.materials[0].density, 16, {}, {}, {}, {},
@@ -240,9 +240,9 @@ TEST(Step, PrescribedVelocityPullsABar)
     for (TimeScheme scheme : {TimeScheme::usf, TimeScheme::usl, TimeScheme::musl}) {
         Model<1> model      = test::unit_box<1>(20, Domain::parallelepiped);
         model.method.scheme = scheme;
-        Boundary<1> pull{.at = 0.25, .type = BoundaryType::velocity, .value = {Field(-0.05)}};
-        Boundary<1> hold{.outer_is_above = true, .at = 0.75, .value = {}};
-        model.boundaries = {pull, hold};
+        Condition<1> pull{.at = 0.25, .type = ConditionType::velocity, .value = {Field(-0.05)}};
+        Condition<1> hold{.outer_is_above = true, .at = 0.75, .value = {}};
+        model.conditions = {pull, hold};
         const Explicit<1> method(model);
         State<1> s      = method.start(plant_all(model, test::block(model, 0.25, 0.75, 2)));
         const double dt = 0.2 * courant_time_step(model, s.particles);
@@ -264,8 +264,8 @@ TEST(Step, ReachFollowsDomainsOfRestingParticles)
     Model<2> model = test::unit_box<2>(20, Domain::parallelepiped);
     // Everything moves with v = 3 (x - 1/2): the one particle in the middle stays where it is and is stretched.
     const Field stretch(std::function<double(const FieldPoint&)>([](const FieldPoint& at) { return 3 * (at.x[0] - 0.5); }));
-    model.boundaries = {
-        Boundary<2>{.outer_is_above = true, .at = 0.0, .type = BoundaryType::velocity, .value = {stretch, Field(0.0)}}};
+    model.conditions = {
+        Condition<2>{.outer_is_above = true, .at = 0.0, .type = ConditionType::velocity, .value = {stretch, Field(0.0)}}};
     const Explicit<2> method(model);
     State<2> s = method.start(plant_all(model, std::vector{Seed<2>{{0.5, 0.5}, 1e-4, Mat<2>{{{0.0125, 0}, {0, 0.0125}}}}}));
     for (int k = 0; k < 50; ++k) method.step(s, 0.02);

@@ -183,7 +183,7 @@ Model<D> unit_box(int cells, Domain domain)
 
 /// The same between walls, frictionless by default.
 template <int D>
-Model<D> walled_box(int cells, const MethodSpec& method, BoundaryType walls = BoundaryType::symmetry)
+Model<D> walled_box(int cells, const MethodSpec& method, ConditionType walls = ConditionType::symmetry)
 {
     Model<D> model = unit_box<D>(cells, method);
     for (int a = 0; a < D; ++a) add_walls(model, a, walls);

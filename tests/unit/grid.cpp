@@ -1,5 +1,5 @@
 // Sort, tiles and colours, periodic images, boundary planes.
-#include "grid/boundary.hpp"
+#include "grid/condition.hpp"
 #include "grid/halo.hpp"
 #include "particles/sort.hpp"
 #include "support/particles.hpp"
@@ -255,7 +255,7 @@ struct BoundaryCase {
     bool outer_is_above;
     int first_constrained, last_constrained;  ///< nodes of a 10-cell axis, without margin; -1 and 11 are in the margin
 };
-TEST(Boundary, PlanesActFromTheirNodeOutwards)
+TEST(Condition, PlanesActFromTheirNodeOutwards)
 {
     for (const BoundaryCase& c :
          {BoundaryCase{0.0, false, -2, 0}, BoundaryCase{0.3, false, -2, 3}, BoundaryCase{0.35, false, -2, 3},
@@ -265,13 +265,13 @@ TEST(Boundary, PlanesActFromTheirNodeOutwards)
         std::vector<std::uint64_t> keys;
         for (int k = 2; k < 12; ++k) keys.push_back(tiles.key({k}));
         tiles.assign(keys);
-        std::vector<Boundary<1>> boundaries(1);
-        boundaries[0].at             = c.at;
-        boundaries[0].outer_is_above = c.outer_is_above;
-        const Constraints<1> constraints(boundaries, lattice, tiles);
+        std::vector<Condition<1>> conditions(1);
+        conditions[0].at             = c.at;
+        conditions[0].outer_is_above = c.outer_is_above;
+        const Constraints<1> constraints(conditions, lattice, tiles);
         Array<Lanes> nodes(lattice.node_count());
         for (Lanes& n : nodes) n = make_lanes(1, 1, 1, 1, 1, 1, 1, 1);
-        constraints.apply(boundaries, nodes.data(), 0.0);
+        constraints.apply(conditions, nodes.data(), 0.0);
         for (int k = 0; k < lattice.nodes[0]; ++k) {
             const bool held = k - 2 >= c.first_constrained && k - 2 <= c.last_constrained;
             EXPECT_EQ(nodes[static_cast<std::size_t>(k)][NodeLane::velocity], held ? 0.0 : 1.0) << c.at << " node " << k - 2;
@@ -281,7 +281,7 @@ TEST(Boundary, PlanesActFromTheirNodeOutwards)
 }
 
 /// Splines: a face holds the end coefficient alone, a plane inside those from the first Greville point beyond it.
-TEST(Boundary, PlanesActFromTheirGrevillePoint)
+TEST(Condition, PlanesActFromTheirGrevillePoint)
 {
     struct Case {
         int degree;
@@ -298,11 +298,11 @@ TEST(Boundary, PlanesActFromTheirGrevillePoint)
         std::vector<std::uint64_t> keys;
         for (int k = 2; k < 12; ++k) keys.push_back(tiles.key({k}));
         tiles.assign(keys);
-        std::vector<Boundary<1>> boundaries(1);
-        boundaries[0].at             = c.at;
-        boundaries[0].outer_is_above = c.outer_is_above;
+        std::vector<Condition<1>> conditions(1);
+        conditions[0].at             = c.at;
+        conditions[0].outer_is_above = c.outer_is_above;
         std::set<int> held;
-        Constraints<1>(boundaries, lattice, tiles).for_each([&](std::ptrdiff_t node, int, bool) {
+        Constraints<1>(conditions, lattice, tiles).for_each([&](std::ptrdiff_t node, int, bool) {
             held.insert(static_cast<int>(node) - 2);
         });
         std::set<int> expected;
@@ -311,19 +311,19 @@ TEST(Boundary, PlanesActFromTheirGrevillePoint)
     }
 }
 
-struct BoundaryTypes : testing::Test {
+struct ConditionTypes : testing::Test {
     using Value = std::array<std::optional<Field>, 2>;
-    struct Condition {
-        BoundaryType type;
+    struct Kind {
+        ConditionType type;
         Value value = Value();
     };
-    const Condition fixed{BoundaryType::fixed}, symmetry{BoundaryType::symmetry};
+    const Kind fixed{ConditionType::fixed}, symmetry{ConditionType::symmetry};
     const Field twice_t{std::function<double(const FieldPoint&)>([](const FieldPoint& at) { return 2 * at.t; })};
-    const Condition along_y{BoundaryType::velocity, Value{std::nullopt, twice_t}};  ///< x stays free
-    const Condition constant{BoundaryType::velocity, Value{Field(7.0), Field(8.0)}};
+    const Kind along_y{ConditionType::velocity, Value{std::nullopt, twice_t}};  ///< x stays free
+    const Kind constant{ConditionType::velocity, Value{Field(7.0), Field(8.0)}};
 
     /// Velocity and increment of the node at the origin, before (3, 4) and (0.5, 0.25), under conditions on y-min at t = 2.
-    static std::array<double, 4> apply(const std::vector<Condition>& conditions)
+    static std::array<double, 4> apply(const std::vector<Kind>& kinds)
     {
         const Lattice<2> lattice(Vec<2>{}, Vec<2>::filled(0.5), {2, 2}, {}, 1);
         Tiles<2> tiles(lattice, 0);
@@ -331,21 +331,21 @@ struct BoundaryTypes : testing::Test {
         IndexBox<2>{{1, 1}, {3, 3}}.for_each([&](const Index<2>& c) { keys.push_back(tiles.key(c)); });
         std::sort(keys.begin(), keys.end());
         tiles.assign(keys);
-        std::vector<Boundary<2>> boundaries;
-        for (const auto& [type, value] : conditions) {
-            Boundary<2>& b = boundaries.emplace_back();
-            b.axis         = 1;
-            b.type         = type;
-            b.value        = value;
+        std::vector<Condition<2>> conditions;
+        for (const auto& [type, value] : kinds) {
+            Condition<2>& b = conditions.emplace_back();
+            b.axis          = 1;
+            b.type          = type;
+            b.value         = value;
         }
         Array<Lanes> nodes(lattice.node_count());
         for (Lanes& n : nodes) n = make_lanes(3, 4, 0, 1, 0.5, 0.25, 0, 0);
-        Constraints<2>(boundaries, lattice, tiles).apply(boundaries, nodes.data(), 2.0);
+        Constraints<2>(conditions, lattice, tiles).apply(conditions, nodes.data(), 2.0);
         const Lanes& n = nodes[lattice.offset({1, 1})];
         return {n[0], n[1], n[4], n[5]};
     }
 };
-TEST_F(BoundaryTypes, ActOnTheirComponents)
+TEST_F(ConditionTypes, ActOnTheirComponents)
 {
     EXPECT_EQ(apply({fixed}), (std::array{0.0, 0.0, 0.0, 0.0}));
     EXPECT_EQ(apply({symmetry}), (std::array{3.0, 0.0, 0.5, 0.0}));
@@ -353,7 +353,7 @@ TEST_F(BoundaryTypes, ActOnTheirComponents)
     EXPECT_EQ(apply({along_y}), (std::array{3.0, 4.0, 0.5, 0.25}));
 }
 /// The condition that loses leaves no trace.
-TEST_F(BoundaryTypes, LaterConditionsWin)
+TEST_F(ConditionTypes, LaterConditionsWin)
 {
     EXPECT_EQ(apply({fixed, along_y}), (std::array{0.0, 4.0, 0.0, 0.25}));
     EXPECT_EQ(apply({symmetry, along_y}), (std::array{3.0, 4.0, 0.5, 0.25}));

@@ -76,8 +76,8 @@ TEST(Setup, FillsTheModel)
     EXPECT_EQ(model.cells, (Index<2>{8, 8}));
     EXPECT_TRUE(model.periodic[0]);
     EXPECT_FALSE(model.periodic[1]);
-    ASSERT_EQ(model.boundaries.size(), 1u);
-    EXPECT_EQ(model.boundaries[0].at, 1.0);
+    ASSERT_EQ(model.conditions.size(), 1u);
+    EXPECT_EQ(model.conditions[0].at, 1.0);
     ASSERT_FALSE(model.loads.empty());
     for (const Load<2>& load : model.loads) EXPECT_LT(load.area0[1], 0);
 }
