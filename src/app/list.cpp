@@ -2,6 +2,7 @@
 #include "base/error.hpp"
 #include "io/input.hpp"
 #include "method/tables.hpp"
+#include "sim/output_fields.hpp"
 #include "verification/study.hpp"
 
 #include <fmt/format.h>
@@ -71,6 +72,13 @@ void list_shapes()
     }
 }
 
+void list_fields()
+{
+    fmt::print("Fields of particles (output.fields)\n");
+    for (const OutputFieldText& f : output_fields())
+        fmt::print("  {:<20} {}{}{}\n", f.name, f.what, f.what.empty() || f.unit.empty() ? "" : ", ", f.unit);
+}
+
 void list_cases()
 {
     fmt::print("Cases (cases/NAME/case.toml)\n");
@@ -105,9 +113,12 @@ int list(const std::string& what)
         fmt::print("{}", io::reference_page());
         return 0;
     }
-    const std::pair<const char*, void (*)()> pages[] = {
-        {"methods", list_methods}, {"materials", list_materials}, {"shapes", list_shapes}, {"cases", list_cases}};
-    bool first = true;
+    const std::pair<const char*, void (*)()> pages[] = {{"methods", list_methods},
+                                                        {"materials", list_materials},
+                                                        {"shapes", list_shapes},
+                                                        {"fields", list_fields},
+                                                        {"cases", list_cases}};
+    bool first                                       = true;
     for (const auto& [name, page] : pages) {
         if (!what.empty() && what != name) continue;
         if (!first) fmt::print("\n");

@@ -83,7 +83,7 @@ void add_check(CLI::App& cli, CommandLine& line)
 void add_list(CLI::App& cli, CommandLine& line)
 {
     CLI::App* list = cli.add_subcommand("list", "list methods, materials, shapes, cases or input (the reference page)");
-    list->add_option("what", line.what)->check(CLI::IsMember({"methods", "materials", "shapes", "cases", "input"}));
+    list->add_option("what", line.what)->check(CLI::IsMember({"methods", "materials", "shapes", "fields", "cases", "input"}));
     list->callback([&line] { line.result = app::list(line.what); });
 }
 

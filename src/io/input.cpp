@@ -3,6 +3,7 @@
 #include "io/expression.hpp"
 #include "io/hdf5.hpp"
 #include "setup/build.hpp"
+#include "sim/output_fields.hpp"
 
 #include <algorithm>
 #include <array>
@@ -229,7 +230,7 @@ const Section<OutputInput>& output_section()
 {
     static const Section<OutputInput> s = [] {
         std::vector<std::string> names;
-        for (const auto& f : output_fields()) names.push_back(f.first);
+        for (const OutputFieldText& f : output_fields()) names.push_back(f.name);
         return Section<OutputInput>{
             .name = "output", .what = "What is written, and where.",
             .keys = {
@@ -804,30 +805,6 @@ const std::vector<ShapeInfo>& shapes()
     return rows;
 }
 // clang-format on
-
-const std::vector<std::pair<std::string, std::string>>& output_fields()
-{
-    static const std::vector<std::pair<std::string, std::string>> rows = [] {
-        std::vector<std::pair<std::string, std::string>> r = {
-            {"displacement", "x - X, m"},
-            {"velocity", "m/s"},
-            {"stress", "Cauchy stress, 9 components, Pa"},
-            {"deformation_gradient", "F, 9 components"},
-            {"density", "m/V, kg/m^3"},
-            {"mass", "kg"},
-            {"volume", "J V0, m^3"},
-            {"pressure", "-tr(sigma)/3, Pa"},
-            {"von_mises", "von Mises stress, Pa"},
-            {"energy_density", "stored energy per current volume, J/m^3"},
-        };
-        for (const LawRow& law : laws())
-            for (const HistoryColumn& c : law.history)
-                if (std::none_of(r.begin(), r.end(), [&](const auto& row) { return row.first == c.name; }))
-                    r.emplace_back(c.name, fmt::format("{}, of {}", c.what, law.name));
-        return r;
-    }();
-    return rows;
-}
 
 CaseInput read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides)
 {

@@ -115,9 +115,6 @@ struct ShapeInfo {
 };
 const std::vector<ShapeInfo>& shapes();
 
-/// Names and descriptions of the particle fields that `output.fields` may list.
-const std::vector<std::pair<std::string, std::string>>& output_fields();
-
 /// Reads a case, applies overrides (`key=value`) and validates it. Throws InputError.
 CaseInput read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides);
 

@@ -2,7 +2,7 @@
 
 #include "base/error.hpp"
 #include "io/file.hpp"
-#include "method/diagnostics.hpp"
+#include "sim/output_fields.hpp"
 
 #include <fmt/format.h>
 
@@ -81,55 +81,6 @@ constexpr std::string_view kHead = R"(<?xml version="1.0"?>
 <VTKFile type="{}" version="1.0" byte_order="LittleEndian" header_type="UInt64">
 )";
 
-/// The array of a field, with particles in the given order. All arguments must live until `data` is written.
-template <int D>
-std::string field_array(Appended& data, const std::string& name, const std::vector<int>& order, const Model<D>& model,
-                        const Particles<D>& p)
-{
-    auto scalar = [&](auto f) {
-        return data.add<double>(name, order.size(), 1, [&order, f](std::size_t k, double* out) { *out = f(order[k]); });
-    };
-    auto vector = [&](auto f) {
-        return data.add<double>(name, order.size(), 3, [&order, f](std::size_t k, double* out) {
-            const Vec<3> v = padded(f(order[k]));
-            for (int a = 0; a < 3; ++a) out[a] = v[a];
-        });
-    };
-    auto tensor = [&](auto f) {
-        return data.add<double>(name, order.size(), 9, [&order, f](std::size_t k, double* out) {
-            const Mat<3> m = f(order[k]);
-            for (int c = 0; c < 9; ++c) out[c] = m(c / 3, c % 3);
-        });
-    };
-    if (name == "displacement") return vector([&](int i) { return displacement(model, p, i); });
-    if (name == "position") return vector([&](int i) { return place_in_period(model, p, i); });
-    if (name == "velocity") return vector([&](int i) { return p.v[i]; });
-    if (name == "stress") return tensor([&](int i) { return full(p.sigma[i]); });
-    if (name == "deformation_gradient")
-        return tensor([&](int i) {
-            Mat<3> F = Mat<3>::identity();
-            for (int a = 0; a < D; ++a)
-                for (int b = 0; b < D; ++b) F(a, b) = p.F[i](a, b);
-            return F;
-        });
-    if (name == "density") return scalar([&](int i) { return p.m[i] / p.V[i]; });
-    if (name == "mass") return scalar([&](int i) { return p.m[i]; });
-    if (name == "volume") return scalar([&](int i) { return p.V[i]; });
-    if (name == "pressure") return scalar([&](int i) { return -trace(p.sigma[i]) / 3; });
-    if (name == "von_mises")
-        return scalar([&](int i) {
-            Mat<3> s          = full(p.sigma[i]);
-            const double mean = trace(s) / 3;
-            for (int a = 0; a < 3; ++a) s(a, a) -= mean;
-            return std::sqrt(1.5 * ddot(s, s));
-        });
-    if (name == "energy_density")
-        return scalar([&p, energy = StoredEnergy<D>(model.materials, p)](int i) { return energy(i) / p.V[i]; });
-    if (const int column = p.history_column(name); column >= 0)
-        return scalar([&, column](int i) { return p.history[column][i]; });
-    throw std::logic_error("field_array: no field " + name);
-}
-
 /// The number of corners of a particle's domain in drawings; one for a point.
 template <int D>
 int corner_count(const Particles<D>& p, int i)
@@ -201,8 +152,13 @@ void write_particles(const std::filesystem::path& file, const Model<D>& model, S
     integers("id", p.id);
     integers("body", p.body);
     integers("material", p.material);
-    if (has_domain) arrays += field_array(data, "position", order, model, p);
-    for (const std::string& name : fields) arrays += field_array(data, name, order, model, p);
+    auto add_field = [&](const std::string& name) {
+        const FieldReader<D> field(name, model, p);
+        arrays += data.add<double>(name, count, field.components(),
+                                   [&order, field](std::size_t k, double* out) { field(order[k], out); });
+    };
+    if (has_domain) add_field("position");
+    for (const std::string& name : fields) add_field(name);
     const std::string point_array = data.add_runs<double>(
         "Points", count, 3, [&](std::size_t k) { return 3 * first_point[k]; },
         [&](std::size_t k, double* out) { put_corners(model, p, order[k], out); });

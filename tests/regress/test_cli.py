@@ -11,6 +11,7 @@ import tomllib
 from harness import CASE, HANG, ORDO, PRESETS, ROOT, InTemporaryDirectory, arrays, edit, frames, history, ordo, particle_data, read_vtk
 
 SHAPES = ("ball", "box", "ring", "cylinder", "particles")
+FIELDS = ("displacement", "velocity", "stress", "energy_density")
 MATERIALS = ("neo-hookean", "st-venant-kirchhoff", "jaumann-elastic", "linear-rate-1d")
 BENCH_KEYS = {
     "method", "dim", "set", "particles", "cells_per_axis", "courant_number", "steps", "repeats", "threads", "seconds",
@@ -100,7 +101,7 @@ class Commands(InTemporaryDirectory):
 
     def test_lists(self):
         everything = self.good("list")
-        for page, names in (("methods", PRESETS), ("shapes", SHAPES), ("materials", MATERIALS)):
+        for page, names in (("methods", PRESETS), ("shapes", SHAPES), ("materials", MATERIALS), ("fields", FIELDS)):
             text = self.good("list", page)
             self.assertIn(text, everything)
             for name in names:
