@@ -8,7 +8,8 @@
 Runs every preset on small cases in 1D, 2D and 3D, every choice of the method on one case, every material law, and coarse
 studies of `ordo verify`, with both programs on one thread. Compares all files byte by byte. Where bytes differ, numbers are
 compared: the largest difference of a field, divided by the largest number of that field in the run (of energies and of
-momenta: of all of them). Prints one line a run. What both refuse with the same message is the same.
+momenta: of all of them; of stresses and energies: by a modulus, times the volume, where that is larger). Prints one line a
+run. What both refuse is the same; messages may differ.
 
 Not compared: comments in case.toml (they name the commit), times that were measured, and keys of case.toml that only one
 program writes. Errors of `ordo verify` are small differences of large numbers: they may differ by --verify-tolerance.
@@ -187,6 +188,7 @@ def json_fields(data):
     return {key: numpy.array(values) for key, values in fields.items()}
 
 
+PER_VOLUME = ("stress", "pressure", "von_mises", "energy_density")  # Pa or J/m^3
 READERS = {".vtu": vtk_fields, ".vti": vtk_fields, ".pvd": pvd_fields, ".csv": csv_fields, ".json": json_fields}
 
 
@@ -207,9 +209,18 @@ def scales(fields):
     return result
 
 
+def largest_modulus(files):
+    """Of the materials of a run, Pa; 0 where no case.toml says."""
+    text = files.get("case.toml", b"").decode()
+    return max((float(v) for v in re.findall(r"^(?:young|lambda|mu) = (\S+)", text, re.M)), default=0.0)
+
+
 def scales_of_run(files, suffix):
-    """The scales of all files of a kind together: the first frames may hold only round-off."""
-    result = {}
+    """The scales of all files of a kind together: the first frames may hold only round-off. Those of stresses and energies per
+    volume are at least a modulus, because F is rounded relative to 1; those of energies are at least that of the whole volume."""
+    modulus = largest_modulus(files)
+    volumes = [vtk_fields(data)["volume"].sum() for name, data in files.items() if name.endswith(".vtu")]
+    result  = dict.fromkeys(PER_VOLUME, modulus) | {"energies": modulus * max(volumes, default=0.0)}
     for name, data in files.items():
         if pathlib.Path(name).suffix == suffix:
             for key, value in scales(READERS[suffix](data)).items():
@@ -270,7 +281,7 @@ def compare(old, new):
         return "only one wrote " + ", ".join(sorted(files.keys() ^ new[2].keys())), math.inf
     if code and not files:
         first = message.strip().splitlines()[0][:110] if message.strip() else f"exit code {code}"
-        return (f"refused by both: {first}", 0.0) if message == new[1] else (f"refused, but with another message: {new[1].strip()}", math.inf)
+        return f"refused by both{'' if message == new[1] else ', with another message'}: {first}", 0.0
     worst, where, notes = 0.0, "", []
     for name, data in files.items():
         other = new[2][name]
