@@ -1,4 +1,4 @@
-// Sums over all particles: mass, momentum, energies. The same for any number of threads.
+// Sums over all particles: mass, momentum, energies. They do not depend on the number of threads.
 #pragma once
 
 #include "kernels/scatter.hpp"
@@ -10,13 +10,13 @@
 
 namespace ordo {
 
-/// Kinetic energy is that of the particle velocities (at t - dt/2), strain energy that of the stresses at t.
+/// Kinetic energy is from the particle velocities (at t - dt/2), strain energy from the stresses at t.
 struct Totals {
     double mass           = 0.0;  ///< kg
     Vec<3> momentum       = {};   ///< kg m/s
     double kinetic_energy = 0.0;  ///< J
     double strain_energy  = 0.0;  ///< J
-    double potential      = 0.0;  ///< of gravity, -m g . x, J; on a periodic axis of the way that x went
+    double potential      = 0.0;  ///< of gravity, -m g . x, J; on periodic axes x includes full periods
 
     double total_energy() const { return kinetic_energy + strain_energy; }
 };
@@ -41,7 +41,7 @@ class StoredEnergy {
         for (const double* column : columns_[p_.material[i]]) history[k++] = column[i];
         return m.law->in<D>().energy(m, p_.F[i], p_.sigma[i], p_.V0[i], p_.V[i], history);
     }
-    /// Of a batch; spare lanes repeat the last particle.
+    /// The same for a batch; spare lanes repeat the last particle.
     Lanes operator()(const Batch& b) const
     {
         if (!are_alike(p_.material.data(), b)) return each_particle(b, [&](int i) { return (*this)(i); });
@@ -73,7 +73,7 @@ Lanes mass_and_momentum(const ParticleView<D>& p)
 template <int D>
 Totals totals(const Model<D>& model, const Particles<D>& p)
 {
-    struct Sums {  // of every eighth particle
+    struct Sums {  // lane k: sums over every eighth particle
         Lanes mass{}, kinetic_energy{}, strain_energy{}, potential{};
         Vec<D, Lanes> momentum{};
 
@@ -119,7 +119,7 @@ Totals totals(const Model<D>& model, const Particles<D>& p)
     return r;
 }
 
-/// The fields of the grid at a place, of the last step. Nodes without mass do not count.
+/// The fields of the grid at a point, from the last step, without nodes that have no mass.
 template <int D>
 struct GridSample {
     Vec<D> velocity;  ///< m/s

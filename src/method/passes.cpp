@@ -25,13 +25,13 @@ Passes<D> passes_of_basis(const MethodSpec& spec)
     case Basis::bspline3: return passes_of<D, BSpline<3>>(spec);
     case Basis::ddmpm: {
         Passes<D> p         = passes_of_shape<DualDomain<D>, Hat, Rigid<D>>(spec);
-        p.project_and_force = nullptr;  // its gradients need the masses of the nodes
+        p.project_and_force = nullptr;  // its gradients need the nodal masses
         add_points<DualDomain<D>, Hat>(spec, p);
         p.project_and_force_points = nullptr;
         return p;
     }
     case Basis::bspline4:
-    case Basis::bspline5: break;  // only of spline-fit
+    case Basis::bspline5: break;  // only for spline-fit
     }
     throw std::logic_error("choose_passes: unhandled choice");
 }
