@@ -203,7 +203,7 @@ void SplineScheme<D>::solve(State<D>& s, const System& system, Lanes* x, Lanes* 
                                      most));
 }
 
-/// Throws where a function cannot be fitted: it has too few particles in its support, or depends linearly on others.
+/// Throws if a function cannot be fitted: it has too few particles in its support, or depends linearly on others.
 template <int D>
 void SplineScheme<D>::require_enough(State<D>& s, const System& system, const Lanes& unit, int singular) const
 {
