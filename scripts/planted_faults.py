@@ -154,9 +154,9 @@ FAULTS = [
           "g.inv_h[a] * (@before && after ? 0.5 : 1.0@)", "0.5", "unit:DualDomain.GradientIsThatOfItsDefinition"),
 
     # domains of particles
-    fault("gimp-half-normaliser", "GIMP divides by l instead of 2 l", "shape/box.hpp",
+    fault("gimp-half-normaliser", "GIMP divides by l instead of 2 l", "shape/hat.hpp",
           "const T norm = @T(1.0) / (high - low)@;", "T(2.0) / (high - low)", "unit:Shapes.MomentsIn1D"),
-    fault("gimp-spline-point-weight", "a point of the means of splines over boxes counts twice", "shape/box.hpp",
+    fault("gimp-spline-point-weight", "a point of the means of splines over boxes counts twice", "shape/interval_mean.hpp",
           "add(middle - gauss * half, @half * norm@, w);", "2 * half * norm", "unit:Shapes.MomentsIn1D"),
     fault("cpgimp-stretched-twice", "cpGIMP stretches the current box by the whole F", "kernels/evolve.hpp",
           "half    = load(@s.p.half0@, b);", "s.p.half", NAIVE_GATHER),

@@ -5,6 +5,8 @@
 #include "kernels/monomials.hpp"
 #include "method/passes.hpp"
 #include "shape/box.hpp"
+#include "shape/bspline.hpp"
+#include "shape/hat.hpp"
 #include "spline/scheme.hpp"
 
 #include <algorithm>
@@ -18,7 +20,7 @@ constexpr double kLanes = 8, kRecord = sizeof(Lanes);
 // ---- small tensors, flops ---------------------------------------------------------------------------------------------
 
 template <int D>
-constexpr double kProduct = D* D*(2 * D - 1);  ///< of two matrices
+constexpr double kProduct = D* D*(2 * D - 1);  ///< product of two matrices
 template <int D>
 constexpr double kDet = D == 3   ? 14
                         : D == 2 ? 3
@@ -30,7 +32,7 @@ constexpr double kInverse = (D == 3 ? 27 : 0) + kDet<D> + 1 + D* D;  ///< cofact
 template <int D>
 constexpr double kDeformFlops = kProduct<D> + D* D + kDet<D> + 1 + kProduct<D> + D + D* D + 2 + D + 1 + D* D;
 
-/// The factors of an LDL^T of n unknowns, see kernels/ldl.hpp.
+/// An LDL^T factorization of n unknowns, see kernels/ldl.hpp.
 double ldl_flops(int n)
 {
     double flops = 0;
@@ -39,9 +41,9 @@ double ldl_flops(int n)
 }
 double ldl_solve_flops(int n) { return n + 2.0 * n * (n - 1); }
 
-// ---- what a particle's stencil costs ------------------------------------------------------------------------------------
+// ---- cost of a particle's stencil ---------------------------------------------------------------------------------------
 
-/// Operations on a register of eight lanes in the four sums of a shape, and the node records that they meet.
+/// Operations on registers of eight lanes in the four sums of a shape, and the node records visited.
 struct Sums {
     double spread = 0, spread_value = 0, collect = 0, collect_value = 0, visits = 0;
 
@@ -60,7 +62,7 @@ struct Sums {
     }
 };
 
-/// Tensor products of n_a functions along each axis, loop by loop of shape/stencil.hpp: a multiply-add is two operations.
+/// Tensor products of n_a functions along each axis, loop by loop as in shape/stencil.hpp. A multiply-add is two operations.
 template <int D>
 Sums sums_of_tensor(const Index<D>& n)
 {
@@ -70,14 +72,14 @@ Sums sums_of_tensor(const Index<D>& n)
         r.visits *= n[a];
         r.spread += r.visits * (a > 0 ? 3 + a : 4);    // value w + flux dw; flux w of the other axes, or the node
         r.spread_value += r.visits * (a > 0 ? 1 : 2);  // value w; the node
-        r.collect += r.visits * (4 + 2 * a);           // value, gradient along a and along those before
+        r.collect += r.visits * (4 + 2 * a);           // value, gradient along a and along the axes before a
         r.collect_value += r.visits * 2;
     }
     return r;
 }
 
-/// Charges of corners, w_c A + g_c . X, spread with values alone (shape/corners.hpp): some corners are on the grid, others
-/// are nodes.
+/// The charges of corners, w_c A + g_c . X, are spread with values only (shape/corners.hpp). `on_grid` corners spread to the
+/// grid, `own` corners are nodes themselves.
 template <int D>
 Sums sums_of_corners(int on_grid, int own, int width)
 {
@@ -88,7 +90,7 @@ Sums sums_of_corners(int on_grid, int own, int width)
             on_grid * one.visits + own};
 }
 
-/// Those of a parallelepiped share one weight and one set of dual vectors: the charges differ by signs.
+/// The corners of a parallelepiped share one weight and one set of dual vectors, so their charges differ only in signs.
 template <int D>
 Sums sums_of_parallelepiped(int width)
 {
@@ -98,7 +100,7 @@ Sums sums_of_parallelepiped(int width)
             2 + duals + corners * (1 + 2 * D + one.collect_value), 2 + corners * one.collect_value, corners * one.visits};
 }
 
-/// Hats with the smoothed part of the gradient: two more nodes for each node and axis (shape/dual_domain.hpp).
+/// Hats with the smoothed part of the gradient, which adds two nodes for each node and axis (shape/dual_domain.hpp).
 template <int D>
 Sums sums_of_dual_domain()
 {
@@ -108,7 +110,7 @@ Sums sums_of_dual_domain()
     return r;
 }
 
-/// A point, and a quadrature point.
+/// A point or a quadrature point.
 template <int D>
 Sums sums_of_point(const MethodSpec& spec)
 {
@@ -116,7 +118,7 @@ Sums sums_of_point(const MethodSpec& spec)
     return sums_of_tensor<D>(Index<D>::filled(grid_basis(spec).degree + 1));
 }
 
-/// A box meets as many functions as its ends decide.
+/// The number of functions depends on the position of the box.
 template <int D, class Basis>
 Sums sums_of_box(const Lattice<D>& g, const ParticleView<D>& p, int i)
 {
@@ -135,7 +137,7 @@ Sums sums_of_box(const MethodSpec& spec, const Lattice<D>& g, const ParticleView
     case Basis::hat:
     case Basis::bspline4:
     case Basis::bspline5:
-    case Basis::ddmpm: break;  // which has no boxes
+    case Basis::ddmpm: break;  // ddmpm has no boxes
     }
     return sums_of_box<D, Hat>(g, p, i);
 }
@@ -177,7 +179,7 @@ double size_of(const T* field)
     return field ? sizeof(T) : 0;
 }
 
-/// One function a pass, in the sequence of Explicit<D>::step.
+/// One function per pass, in the order of Explicit<D>::take_step.
 template <int D>
 class Counter {
   public:
@@ -189,7 +191,7 @@ class Counter {
           n_(p_.count),
           corners_(static_cast<double>(s.particles.corner.size())),
           sums_(sums_of_particles(method_, s.lattice, p_)),
-          // x_p, its domain, and the corners that cells share, once a pass
+          // x_p and its domain, and the shared corners of cells, once per pass
           place_(n_ * (size_of(p_.x) + size_of(p_.half) + size_of(p_.edges) + size_of(p_.cell)) +
                  corners_ * (size_of(p_.corner) + size_of(p_.corner_node)))
     {
@@ -235,7 +237,7 @@ class Counter {
             if (passes_.move) gather(kMove);
             break;
         case TimeScheme::rk3:
-        case TimeScheme::rk4: break;  // of SplineScheme
+        case TimeScheme::rk4: break;  // see count_spline_work
         }
         move_corners();
         solve_mass(mass_solves, mass_iterations);
@@ -248,7 +250,7 @@ class Counter {
 
     void add(Stage stage, double flops, double bytes) { total_.stages[stage] += {flops, bytes}; }
 
-    /// How many nodes and cells of the grid the passes touch.
+    /// Counts the nodes and cells that the passes touch.
     void count_records()
     {
         auto count_where = [&](const Array<Lanes>& records, int size, int part, int lane, double& there) {
@@ -271,18 +273,18 @@ class Counter {
 
     int unknowns() const { return binomial(static_cast<int>(method_.degree) + D, D); }
 
-    // Passes over nodes. All active ones are read, those with mass change.
+    // Passes over nodes: active nodes are read, those with mass are changed.
     void clear() { add(Stage::nodes, 0, kRecord * active_); }
     void copy() { add(Stage::nodes, 0, 2 * kRecord * active_); }
     /// 1/m, and its product with the lanes.
     void lumped_velocities() { add(Stage::nodes, (1 + kLanes) * massive_, kRecord * (active_ + massive_)); }
-    /// dt/m, dt a = (dt/m) f + dt g, its difference to f, and the sum with the lanes.
+    /// dt/m, dt a = (dt/m) f + dt g, its difference from f, and the sum with the lanes.
     void kick() { add(Stage::nodes, (1 + 2 * 3 + 3 + kLanes) * massive_, kRecord * (active_ + massive_)); }
 
     // Scatters.
     void scatter(double flops, double fields) { add(Stage::scatter, flops, place_ + n_ * fields + 2 * kRecord * massive_); }
     double body_force_flops() const { return p_.b ? D : 0; }
-    /// A scatter of quadrature points with their V sigma; m and m v where they have it.
+    /// A scatter of quadrature points, with V sigma for forces, and m and m v for mass.
     void scatter_points(bool has_mass, bool has_force)
     {
         const ParticleView<D> q = s_.points.view();
@@ -295,7 +297,7 @@ class Counter {
             points * fields + 2 * kRecord * massive_);
     }
 
-    /// m_i and (m v)_i of particles: m v; with affine velocities m (v + L (x_i - x_p)), or polynomials, at each node.
+    /// m_i and (m v)_i from particles: m v, or at each node m (v + L (x_i - x_p)) or polynomials.
     void project_particles()
     {
         const double fields = size_of(p_.m) + size_of(p_.v) + size_of(p_.V);
@@ -323,7 +325,7 @@ class Counter {
         project_particles();
         settle_masses();
     }
-    /// True where nodes have velocities afterwards.
+    /// Returns whether nodes then have velocities.
     bool find_momenta_and_forces()
     {
         const bool finds_velocities = passes_.velocity_fit.solve || method_.quadrature == Quadrature::cell;
@@ -337,7 +339,7 @@ class Counter {
         if (!is_fused) add_forces(has_tls_velocity(method_));
         return finds_velocities;
     }
-    /// f_i: V sigma, and what it is spread with.
+    /// f_i: V sigma, and its scatter.
     void add_forces(bool has_points)
     {
         const bool is_cell = method_.quadrature == Quadrature::cell;
@@ -373,7 +375,7 @@ class Counter {
             lumped_velocities();
         }  // else see solve_mass
     }
-    /// A multiply-add of each Lanes of a record for each sample and target; L r and the samples at corners.
+    /// A multiply-add with each Lanes of a record for each sample and target; samples at corners need L r.
     void spread_velocity()
     {
         const double size = passes_.velocity_fit.size, targets = power_of(width_of(method_.weight), D);
@@ -390,14 +392,14 @@ class Counter {
         flops += samples * targets * size * 2 * kLanes;
         add(Stage::fit, flops, bytes + kRecord * size * (active_ + 2 * targets_));
     }
-    /// L D L^T, its first row, and the product with the right-hand sides.
+    /// L D L^T, the first row of the inverse, and its product with the right-hand sides.
     void solve_velocity()
     {
         const int n = unknowns();
         add(Stage::fit, massive_ * (ldl_flops(n) + ldl_solve_flops(n) + D * 2 * n),
             kRecord * (active_ + massive_ * (1 + passes_.velocity_fit.size)));
     }
-    /// Contents of the cells; a multiply-add of each number of a record for each particle and target; then the points.
+    /// Contents of the cells; a multiply-add with each number of a record for each particle and target; then the points.
     void fit_cells()
     {
         const double size = passes_.cell_fit.size, points = s_.points.count;
@@ -421,7 +423,7 @@ class Counter {
             kRecord * (size * (active_ + gradients_) + massive_));
     }
 
-    /// Flops a lane of the products of polynomials, axis by axis.
+    /// Flops per lane of products with polynomials, axis by axis.
     double multiply_adds_of_modes() const
     {
         const int count = static_cast<int>(method_.degree) + 1;
@@ -438,7 +440,7 @@ class Counter {
     {
         double flops = 0, fields = 0, records = massive_;
         if (parts & kStress) {
-            if (passes_.gradient_at_center) {  // by 3^D cells; values by nodes where they are wanted
+            if (passes_.gradient_at_center) {  // from 3^D cells; values from nodes if needed
                 flops += kLanes * n_ * power_of(3, D) * CellGradient<D>::size * 2;
                 flops += parts & (kVelocity | kMove) ? kLanes * sums_.collect_value : 0;
                 records = gradients_ * CellGradient<D>::size + (parts & (kVelocity | kMove) ? massive_ : 0);
@@ -466,7 +468,7 @@ class Counter {
         }
         add(Stage::gather, flops, place_ + n_ * fields + kRecord * records);
     }
-    /// What particles carry for the next projection.
+    /// What particles carry to the next projection.
     void keep()
     {
         if (!passes_.keep) return;
@@ -496,8 +498,8 @@ class Counter {
         add(Stage::gather, n_ * of_cell * 3 * D, place_ + n_ * (size_of(p_.x) + size_of(p_.V)));
     }
 
-    /// Conjugate gradients (method/mass_matrix.cpp): products with the mass matrix, one an iteration and one more a solve, the
-    /// sums and factors of a step, the preconditioner, and the passes over the solver's records.
+    /// Conjugate gradients (method/mass_matrix.cpp): products with the mass matrix, one per iteration and one more per solve,
+    /// the row sums and factors once per step, the preconditioner, and passes over the solver's records.
     void solve_mass(double solves, double iterations)
     {
         if (method_.mass != MassMatrix::consistent || solves == 0) return;
@@ -514,23 +516,23 @@ class Counter {
             form_rows(rows, count, fields, rows_solved);
             const double entries = power_of(2 * rows.reach + 1, D), bytes = static_cast<double>(rows.size * sizeof(double));
             add(Stage::nodes, products * rows_solved * kLanes * 2 * entries, products * rows_solved * (bytes + 2 * kRecord));
-            // the sums along each axis; then lines to and fro
+            // sums along each axis; then forward and back substitution along lines
             const auto factors = static_cast<double>(rows.factor_size * sizeof(float));
             add(Stage::nodes, rows_solved * D * entries, rows_solved * (bytes + factors));
             add(Stage::nodes, iterations * rows_solved * kLanes * D * 2 * (1 + 2 * rows.reach),
                 iterations * rows_solved * 2 * (factors + (2 * D - 1) * kRecord));
         } else {
             add(Stage::nodes, products * kLanes * (sums_.collect_value + sums_.spread_value + count),
-                products * (fields + kRecord * (2 * active_ + 7 * rows_solved)));  // from rows to nodes and back too
+                products * (fields + kRecord * (2 * active_ + 7 * rows_solved)));  // also copies from rows to nodes and back
         }
         // z = z mask scale, r.z; p = z + p beta; q = mask (q + p diagonal), p.q; u += p alpha, r -= q alpha, z = r scale, z.z
         constexpr double operations = 4 + 2 + 5 + 7, records = 3 + 3 + 3 + 7;
-        // the first u; b.b, r = mask (b - q - u diagonal), z; z.z; and what reads no more than lanes and scales
+        // the first u; b.b, r = mask (b - q - u diagonal), z; z.z; without what reads only lanes and scales
         constexpr double first_operations = 2 + 8 + 2, first_records = 2 + 6 + 1;
         add(Stage::nodes, kLanes * rows_solved * (operations * iterations + first_operations * solves),
             kRecord * rows_solved * (records * iterations + first_records * solves));
     }
-    /// Once a step: the products of the functions of each particle's nodes; half of each row, cleared and added to.
+    /// Once per step: the products of the functions at each particle; half of each row, cleared and added to.
     void form_rows(const MassRowPasses<D>& rows, double count, double fields, double rows_solved)
     {
         const double nodes = power_of(rows.reach + 1, D);
@@ -544,10 +546,10 @@ class Counter {
     const double n_, corners_;
     const Sums sums_;
     const double place_;
-    double active_ = 0, massive_ = 0;        ///< nodes of the blocks that the material touches; those with mass
-    double cells_   = 0;                     ///< that hold particles
-    double targets_ = 0, cell_targets_ = 0;  ///< of fits of the velocity, and of fields
-    double gradients_ = 0;                   ///< cells that have one
+    double active_ = 0, massive_ = 0;        ///< nodes of the blocks touched by particles; nodes with mass
+    double cells_   = 0;                     ///< cells with particles
+    double targets_ = 0, cell_targets_ = 0;  ///< records of velocity fits and of cell fits
+    double gradients_ = 0;                   ///< cells with a gradient
     StepWork total_;
 };
 
@@ -586,11 +588,11 @@ StepWork count_spline_work(const Model<D>& model, const State<D>& s, const std::
         const double width = degrees[k] + 1, one = sum_of(width), rows = n * D * width * sizeof(double);
         const double products = static_cast<double>(iterations[k]) + stages;
         solve(k, products, n * 2 * one, rows + n * sizeof(double) + 2 * kRecord * functions[k]);
-        add(StageTimes::fit, stages * n * 2 * one, stages * (rows + n * sizeof(Mat<D>)));  // right-hand sides and sums of rows
-        const double records = 1 + k * (D - 1);                                            // a column of the gradient each
+        add(StageTimes::fit, stages * n * 2 * one, stages * (rows + n * sizeof(Mat<D>)));  // right-hand sides and row sums
+        const double records = 1 + k * (D - 1);  // one record per column of the gradient
         add(StageTimes::gather, stages * n * records * one, stages * (rows + records * kRecord * functions[k]));
     }
-    double contractions = 0;  // of a cell's functions to its Gauss points
+    double contractions = 0;  // from a cell's functions to its Gauss points
     for (int a = 0; a < D; ++a) contractions += kLanes * 2 * std::pow(points, a + 1) * std::pow(degrees[0] + 1, D - a);
     const double gauss = std::pow(points, D);
     solve(0, static_cast<double>(iterations[SplineScratch<D>::kMass]) + 3 * stages, cells * (2 * contractions + kLanes * gauss),

@@ -2,6 +2,7 @@
 
 #include "base/error.hpp"
 #include "io/file.hpp"
+#include "method/grid_sample.hpp"
 #include "sim/output_fields.hpp"
 
 #include <fmt/format.h>

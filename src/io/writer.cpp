@@ -2,6 +2,7 @@
 
 #include "io/build.hpp"
 #include "method/diagnostics.hpp"
+#include "method/grid_sample.hpp"
 #include "ordo_version.hpp"
 #include "sim/simulation.hpp"
 

@@ -11,9 +11,10 @@ namespace ordo {
 
 namespace {
 
-/// The highest frequency of splines that are fitted to particles, in c/h: of 16 cells between walls, where the functions at the
-/// walls are the fastest, the largest over degrees of the stress. Between periodic faces it is 3.15 or less. Of the
-/// velocity's splines without knots next to the walls, and with; and of a bar with a free end, the largest over where it cuts its cell.
+/// The highest frequency, c/h, of splines that are fitted to particles, for degrees 1 to 5 of the velocity. `all` and
+/// `removed`: 16 cells between walls, with all knots or without those next to the walls, the largest over degrees of the
+/// stress. The functions at the walls are the fastest; between periodic faces it is 3.15 or less. `cut`: a bar with a free end,
+/// the largest over positions of the end in its cell.
 double highest_frequency(const MethodSpec& s, bool has_surface)
 {
     static constexpr double all[] = {3.11, 3.17, 3.82, 4.96, 6.28}, removed[] = {3.08, 3.07, 3.05, 3.28, 4.04},
@@ -27,7 +28,7 @@ double highest_frequency(const MethodSpec& s, bool has_surface)
 double courant_scale(const MethodSpec& s, int dim, bool has_surface)
 {
     if (is_spline_fit(s)) {
-        const double reach = s.scheme == TimeScheme::rk3 ? 1.732 : 2.828;  // of the scheme along the imaginary axis
+        const double reach = s.scheme == TimeScheme::rk3 ? 1.732 : 2.828;  // the stability limit on the imaginary axis
         return reach / (highest_frequency(s, has_surface) * std::sqrt(dim));
     }
     const bool lumped    = s.mass == MassMatrix::lumped;
@@ -51,7 +52,7 @@ double stable_courant_number(const MethodSpec& s, int dim, bool has_surface)
     if (s.mass == MassMatrix::consistent && s.basis == Basis::hat)
         limit = 0.5 / std::sqrt(dim);
     else if (s.mass == MassMatrix::lumped && s.scheme == TimeScheme::usl && (s.basis == Basis::hat || is_point_spline))
-        limit = 0.7071;  // 1/sqrt(2), one particle in the middle of each cell
+        limit = 0.7071;  // 1/sqrt(2): one particle at the centre of each cell
     return std::min(limit, courant_scale(s, dim));
 }
 
@@ -85,8 +86,8 @@ const Instability* instability_of(const MethodSpec& s)
 
 namespace {
 
-/// The shortest time in which a wave crosses a cell, s: h over the P-wave speed plus |v| for particles that write to the grid,
-/// half the period over pi of the fastest wave of enriched cells.
+/// The shortest time in which a wave crosses a cell, s: h over (P-wave speed + |v|) for particles that spread to the grid, and
+/// 2/w of enriched cells, see enriched_time_step.
 template <int D>
 double crossing_time(const Model<D>& model, const Particles<D>& particles)
 {

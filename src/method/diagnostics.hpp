@@ -1,22 +1,19 @@
-// Sums over all particles: mass, momentum, energies. The same for any number of threads.
+// Sums over all particles: mass, momentum, energies. They do not depend on the number of threads.
 #pragma once
 
 #include "kernels/scatter.hpp"
 #include "method/state.hpp"
 #include "particles/batch.hpp"
-#include "shape/bspline.hpp"
-#include "shape/hat.hpp"
-#include "shape/stencil.hpp"
 
 namespace ordo {
 
-/// Kinetic energy is that of the particle velocities (at t - dt/2), strain energy that of the stresses at t.
+/// Kinetic energy is from the particle velocities (at t - dt/2), strain energy from the stresses at t.
 struct Totals {
     double mass           = 0.0;  ///< kg
     Vec<3> momentum       = {};   ///< kg m/s
     double kinetic_energy = 0.0;  ///< J
     double strain_energy  = 0.0;  ///< J
-    double potential      = 0.0;  ///< of gravity, -m g . x, J; on a periodic axis of the way that x went
+    double potential      = 0.0;  ///< of gravity, -m g . x, J; on periodic axes x includes full periods
 
     double total_energy() const { return kinetic_energy + strain_energy; }
 };
@@ -41,7 +38,7 @@ class StoredEnergy {
         for (const double* column : columns_[p_.material[i]]) history[k++] = column[i];
         return m.law->in<D>().energy(m, p_.F[i], p_.sigma[i], p_.V0[i], p_.V[i], history);
     }
-    /// Of a batch; spare lanes repeat the last particle.
+    /// The same for a batch; spare lanes repeat the last particle.
     Lanes operator()(const Batch& b) const
     {
         if (!are_alike(p_.material.data(), b)) return each_particle(b, [&](int i) { return (*this)(i); });
@@ -73,7 +70,7 @@ Lanes mass_and_momentum(const ParticleView<D>& p)
 template <int D>
 Totals totals(const Model<D>& model, const Particles<D>& p)
 {
-    struct Sums {  // of every eighth particle
+    struct Sums {  // lane k: sums over every eighth particle
         Lanes mass{}, kinetic_energy{}, strain_energy{}, potential{};
         Vec<D, Lanes> momentum{};
 
@@ -117,48 +114,6 @@ Totals totals(const Model<D>& model, const Particles<D>& p)
              .potential      = sum(sums.potential)};
     for (int a = 0; a < D; ++a) r.momentum[a] = sum(sums.momentum[a]);
     return r;
-}
-
-/// The fields of the grid at a place, of the last step. Nodes without mass do not count.
-template <int D>
-struct GridSample {
-    Vec<D> velocity;  ///< m/s
-    double mass;      ///< sum N_i m_i, kg
-    double density;   ///< sum N_i m_i over the integral of N_i, kg/m^D
-};
-
-template <int D, class Basis>
-GridSample<D> sample_grid_of(const State<D>& s, const Vec<D>& x)
-{
-    Stencil<D, Basis::width> row;
-    row.first = 0;
-    for (int a = 0; a < D; ++a)
-        row.first += s.lattice.stride[a] * Basis::row(s.lattice, a, s.lattice.cell_coordinate(a, x[a]), row.w[a], row.dw[a]);
-    GridSample<D> r{};
-    double weights = 0.0;
-    for_each_node(row, s.lattice, [&](std::ptrdiff_t node, double w, const Vec<D>&) {
-        const Index<D> at = s.lattice.index(node);
-        const Lanes& n    = s.field.nodes[node];
-        if (!s.field.tiles.is_active(at) || !(n[NodeLane::mass] > 0)) return;
-        double whole = 1.0;
-        for (int a = 0; a < D; ++a) whole *= s.lattice.node_length(a, at[a]);
-        weights += w;
-        r.mass += w * n[NodeLane::mass];
-        r.density += w * n[NodeLane::mass] / whole;
-        for (int a = 0; a < D; ++a) r.velocity[a] += w * n[NodeLane::velocity + a];
-    });
-    if (weights > 0) r.velocity *= 1 / weights;
-    return r;
-}
-
-template <int D>
-GridSample<D> sample_grid(const State<D>& s, const Vec<D>& x)
-{
-    switch (s.lattice.basis.degree) {
-    case 2: return sample_grid_of<D, BSpline<2>>(s, x);
-    case 3: return sample_grid_of<D, BSpline<3>>(s, x);
-    default: return sample_grid_of<D, Hat>(s, x);
-    }
 }
 
 }  // namespace ordo

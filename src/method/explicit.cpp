@@ -13,8 +13,6 @@
 
 namespace ordo {
 
-namespace {}  // namespace
-
 template <int D>
 Explicit<D>::Explicit(Model<D> of)
     : Scheme<D>(std::move(of)),
@@ -47,11 +45,11 @@ void Explicit<D>::start_domains(State<D>& s) const
 template <int D>
 void Explicit<D>::take_step(State<D>& s, double dt) const
 {
-    if (s.n == 0 && method().start == Start::plain) {  // as if a step had led here
+    if (s.n == 0 && method().start == Start::plain) {  // as if a step had been taken before
         s.dt_prev = dt;
         s.t_v     = s.t - 0.5 * dt;
     }
-    const double dt_kick  = 0.5 * (s.dt_prev + dt);  // velocities live at half steps; the first kick of a leapfrog is half
+    const double dt_kick  = 0.5 * (s.dt_prev + dt);  // velocities live at half steps; leapfrog starts with half a kick
     const double t_kicked = s.t_v + dt_kick;
 
     Lanes* nodes  = s.field.nodes.data();
@@ -72,7 +70,7 @@ void Explicit<D>::take_step(State<D>& s, double dt) const
     s.t_F = method().scheme == TimeScheme::usf ? before : s.t;
 }
 
-/// What nodes have before the kick; USF updates the stress first. True where they have velocities already instead of momenta.
+/// Sets the nodes before the kick; USF updates the stress first. Returns whether the nodes have velocities instead of momenta.
 template <int D>
 bool Explicit<D>::find_forces(State<D>& s, Lanes* nodes, Lanes* strain) const
 {
@@ -86,13 +84,13 @@ bool Explicit<D>::find_forces(State<D>& s, Lanes* nodes, Lanes* strain) const
     copy(strain, nodes, s.field.tiles);
     constrain(s, strain, s.t_v);
     find_gradients(s, strain);
-    deform(s, passes_.deform, strain, s.dt_prev, Deform::past);  // F_p, sigma_p at t_n from v_i of the step that led here
+    deform(s, passes_.deform, strain, s.dt_prev, Deform::past);  // F_p, sigma_p at t_n from v_i of the previous step
     this->evaluate_external_forces(s, s.t);
     add_forces(s, nodes, false);  // f_i <- sigma_p
     return true;
 }
 
-/// v_p, F_p, sigma_p and x_p from the kicked nodes. The motion comes last, so that every phi before it is at x_n.
+/// Updates v_p, F_p, sigma_p and x_p from the kicked nodes. x_p comes last, so that phi is evaluated at x_n until then.
 template <int D>
 void Explicit<D>::update_particles(State<D>& s, Lanes* nodes, Lanes* strain, double dt, double t_kicked) const
 {
@@ -180,7 +178,7 @@ void Explicit<D>::kick(State<D>& s, Lanes* nodes, double dt, double t, bool has_
     }
     Stopwatch watch(times(), StageTimes::nodes);
     if (!is_lumped) {
-        // Constrained components have no acceleration, or the one that leads to the prescribed velocity.
+        // The acceleration of constrained components is zero, or leads to the prescribed velocity.
         Lanes* known = s.field.known.data();
         s.field.constraints.for_each_velocity(
             model().conditions, t, [&](std::ptrdiff_t node, int a, bool is_prescribed, double v) {
@@ -193,7 +191,7 @@ void Explicit<D>::kick(State<D>& s, Lanes* nodes, double dt, double t, bool has_
     ordo::kick(nodes, s.field.tiles, model().gravity, dt, state);
 }
 
-/// m_i and (m v)_i of particles, or of Gauss points.
+/// m_i and (m v)_i, summed over particles or Gauss points.
 template <int D>
 void Explicit<D>::find_momenta(State<D>& s, Lanes* nodes) const
 {
@@ -212,7 +210,7 @@ void Explicit<D>::find_momenta(State<D>& s, Lanes* nodes) const
     }
 }
 
-/// The same and f_i; true where the nodes have velocities already instead of momenta: fits, and where m_i is not that of the
+/// The same and f_i. Returns whether the nodes have velocities instead of momenta: with fits, and if m_i is not the mass of the
 /// projection.
 template <int D>
 bool Explicit<D>::find_momenta_and_forces(State<D>& s, Lanes* nodes) const
@@ -232,7 +230,7 @@ bool Explicit<D>::find_momenta_and_forces(State<D>& s, Lanes* nodes) const
     return finds_velocities;
 }
 
-/// f_i of the quadrature; with quadrature `cell` m_i too, then nodes must have velocities. `has_points`: they are there.
+/// f_i by the quadrature. Quadrature `cell` also sets m_i, so nodes must have velocities. `has_points`: the points are set.
 template <int D>
 void Explicit<D>::add_forces(State<D>& s, Lanes* nodes, bool has_points) const
 {
@@ -269,7 +267,7 @@ void Explicit<D>::fit_cells(State<D>& s) const
     ordo::fit_cells(model(), passes_.cell_fit, s, sweep(s, nullptr, 0.0));
 }
 
-/// Where particles take their gradients from the centres of cells: those of the velocities of `nodes`.
+/// Sets the gradients at cell centres from the velocities of `nodes`, if the method takes particle gradients from there.
 template <int D>
 void Explicit<D>::find_gradients(State<D>& s, const Lanes* nodes) const
 {
@@ -278,7 +276,7 @@ void Explicit<D>::find_gradients(State<D>& s, const Lanes* nodes) const
     find_cell_gradients(passes_, s, nodes);
 }
 
-/// Sums over nodes that hold velocities, or momenta; images of periodic axes do not count.
+/// Reports the sums over nodes, which have velocities or momenta; periodic images are not counted.
 template <int D>
 void Explicit<D>::report_projection(State<D>& s, const Lanes* nodes, bool has_velocities) const
 {
@@ -340,7 +338,7 @@ void Explicit<D>::gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* no
     gather_tiles(s, [&](const Tile& tile, TileReport& report) { pass(view, tile.begin, tile.end, report); });
 }
 
-/// A gather that changes F, and the stresses that follow.
+/// A gather that updates F, then the stresses.
 template <int D>
 void Explicit<D>::deform(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt, Deform by) const
 {
@@ -349,7 +347,7 @@ void Explicit<D>::deform(State<D>& s, typename Passes<D>::Gather pass, Lanes* no
     gather_tiles(s, [&](const Tile& tile, TileReport& report) { update_stress_(pass, view, tile.begin, tile.end, report); });
 }
 
-/// run(tile, report) for all tiles, and what they report.
+/// run(tile, report) for all tiles; collects the reports.
 template <int D>
 template <class RunPass>
 void Explicit<D>::gather_tiles(State<D>& s, const RunPass& run) const
@@ -365,7 +363,7 @@ void Explicit<D>::gather_tiles(State<D>& s, const RunPass& run) const
     }
     s.drift += move;
     if (reach < 0) return;
-    s.reach = reach;  // a pass that moved particles has measured them
+    s.reach = reach;  // measured by passes that move particles
     s.move  = move;
 }
 

@@ -1,4 +1,4 @@
-// The explicit step: USF, USL and MUSL on symplectic Euler or leapfrog, from the passes of a method.
+// The explicit step: USF, USL and MUSL with symplectic Euler or leapfrog, made of the passes of a method.
 #pragma once
 
 #include "method/mass_matrix.hpp"
@@ -16,7 +16,7 @@ class Explicit final : public Scheme<D> {
     using Scheme<D>::model;
 
   private:
-    /// By the step to come, or by that which led here (USF).
+    /// F follows the coming step, or the step that ended at the current positions (USF).
     enum class Deform { next, past };
 
     void start_domains(State<D>& s) const override;

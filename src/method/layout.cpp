@@ -22,7 +22,7 @@ void wrap_periodic(const Model<D>& model, Particles<D>& particles)
 
 namespace {
 
-/// Puts the particles into the order of their tiles and cells.
+/// Sorts the particles by tile and cell.
 template <int D>
 void assign(const Lattice<D>& lattice, Tiles<D>& tiles, Particles<D>& particles)
 {
@@ -40,7 +40,7 @@ void assign(const Lattice<D>& lattice, Tiles<D>& tiles, Particles<D>& particles)
     if (!order.empty()) permute(particles, order);
 }
 
-/// What hangs on lattice and tiles: halo, nodes, constraints, enriched corners.
+/// Sets what depends on lattice and tiles: halo, nodes, constraints, enriched corners.
 template <int D>
 void arrange_nodes(const Model<D>& model, State<D>& s, const Lattice<D>& lattice, Tiles<D> tiles)
 {
@@ -63,14 +63,14 @@ void arrange_nodes(const Model<D>& model, State<D>& s, const Lattice<D>& lattice
 template <int D>
 void sort_particles(const Model<D>& model, State<D>& s)
 {
-    constexpr double min_slack = 0.25;  // cells that a particle may travel before the next sort
+    constexpr double min_slack = 0.25;  // cells that a particle can travel before the next sort, at least
     s.extra_reach              = extra_reach(model.method);
     const int halo             = static_cast<int>(std::ceil(s.reach + min_slack)) + s.extra_reach;
     wrap_periodic(model, s.particles);
 
     const Lattice<D> lattice(model.origin, model.h, model.cells, model.periodic, halo + 1, grid_basis(model.method));
     Tiles<D> tiles(lattice, halo, s.particles.count);
-    s.field.mass = {};  // the sort needs room, and the matrix is formed anew in each step
+    s.field.mass = {};  // frees memory for the sort; the matrix is formed again in each step
     assign(lattice, tiles, s.particles);
 
     s.drift = 0.0;

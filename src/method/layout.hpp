@@ -1,4 +1,4 @@
-// The sort: particles in tile and cell order, and everything that hangs on it (lattice margin, tiles, halo, constraints).
+// The sort: particles in the order of tiles and cells, and all that depends on it: lattice margin, tiles, halo and constraints.
 #pragma once
 
 #include "method/state.hpp"
@@ -6,14 +6,14 @@
 
 namespace ordo {
 
-/// Whether the tiles still hold what their particles write: no domain reaches beyond the halo since the last sort.
+/// Whether the tiles still fit their particles: no domain has moved beyond the halo since the last sort.
 template <int D>
 bool is_sorted_enough(const State<D>& s)
 {
     return !s.field.tiles.tiles().empty() && s.drift + s.reach + s.extra_reach <= s.field.tiles.halo();
 }
 
-/// Puts particles back into the period of periodic axes.
+/// Moves particles back into the first period of periodic axes.
 template <int D>
 void wrap_periodic(const Model<D>& model, Particles<D>& particles);
 
@@ -21,8 +21,8 @@ void wrap_periodic(const Model<D>& model, Particles<D>& particles);
 template <int D>
 void sort_particles(const Model<D>& model, State<D>& s);
 
-/// The layout of an earlier sort for particles in its order; `s` has their reach and drift. Returns false where `record` and
-/// `halo` are not those of such particles.
+/// Restores the layout of an earlier sort, for particles in its order; `s` has their reach and drift. Returns false if `record`
+/// and `halo` do not match these particles.
 template <int D>
 bool restore_layout(const Model<D>& model, State<D>& s, TileRecord record, int halo);
 

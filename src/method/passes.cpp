@@ -2,6 +2,8 @@
 
 #include "method/passes_of.hpp"
 #include "method/tables.hpp"
+#include "shape/bspline.hpp"
+#include "shape/hat.hpp"
 
 namespace ordo {
 
@@ -23,15 +25,9 @@ Passes<D> passes_of_basis(const MethodSpec& spec)
     case Basis::hat: return passes_of<D, Hat>(spec);
     case Basis::bspline2: return passes_of<D, BSpline<2>>(spec);
     case Basis::bspline3: return passes_of<D, BSpline<3>>(spec);
-    case Basis::ddmpm: {
-        Passes<D> p         = passes_of_shape<DualDomain<D>, Hat, Rigid<D>>(spec);
-        p.project_and_force = nullptr;  // its gradients need the masses of the nodes
-        add_points<DualDomain<D>, Hat>(spec, p);
-        p.project_and_force_points = nullptr;
-        return p;
-    }
+    case Basis::ddmpm: return passes_of_dual_domain<D>(spec);
     case Basis::bspline4:
-    case Basis::bspline5: break;  // only of spline-fit
+    case Basis::bspline5: break;  // only for spline-fit
     }
     throw std::logic_error("choose_passes: unhandled choice");
 }

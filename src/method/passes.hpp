@@ -1,5 +1,5 @@
-// The particle passes of a method, chosen once at set-up as function pointers: one indirect call per pass and tile.
-// A pass is a template on what it touches only, so that instantiations add up instead of multiplying.
+// The particle passes of a method, chosen once at set-up as function pointers: one indirect call per pass and tile. A pass is a
+// template only on what it uses, so that instantiations add up instead of multiplying.
 #pragma once
 
 #include "grid/node_rows.hpp"
@@ -11,7 +11,7 @@
 
 namespace ordo {
 
-/// Velocities of nodes as fits; all null where the projection is none.
+/// Fits of nodal velocities; all null if the projection is not a fit.
 template <int D>
 struct VelocityFitPasses {
     int size                                                                               = 0;  ///< Lanes of a node's record
@@ -20,28 +20,28 @@ struct VelocityFitPasses {
                   FitReport&)                                                              = nullptr;
 };
 
-/// Fields of cells at quadrature points; all null where no quadrature wants them.
+/// Fits of fields in cells, evaluated at quadrature points; all null if the quadrature does not need them.
 template <int D>
 struct CellFitPasses {
     int size                                                                             = 0;  ///< Lanes of a cell's record
     int per_cell                                                                         = 0;  ///< quadrature points
     void (*spread)(const Sweep<D>&, Lanes* contents, Lanes* records, int begin, int end) = nullptr;
-    /// The points of a cell, from `first` on, which share the volume V; `distance` is that of the one point of quadrature
-    /// `cell` from the centre, in cells.
+    /// Sets the points of a cell, from `first` on, which share the volume V. `distance` is the offset of the one point of
+    /// quadrature `cell` from the cell centre, in cells.
     void (*set_points)(const Lattice<D>&, const Index<D>& cell, const Lanes* record, const Lanes& content, const Vec<D>& distance,
                        double V, bool is_edge, const ParticleView<D>&, int first, FitReport&) = nullptr;
 };
 
-/// The consistent mass matrix as rows of a stencil, see kernels/mass_rows.hpp; all null where particles have no fixed number of
-/// nodes.
+/// The consistent mass matrix as rows of a stencil, see kernels/mass_rows.hpp; all null if the number of nodes per particle is
+/// not fixed.
 template <int D>
 struct MassRowPasses {
-    int reach = 0;  ///< of a row's neighbours, nodes along an axis
-    int size  = 0;  ///< entries of a row
+    int reach = 0;  ///< nodes to the furthest neighbour of a row along an axis
+    int size  = 0;  ///< entries per row
     void (*form)(const Sweep<D>&, const RowView<D>&, double* entries, int begin, int end)                        = nullptr;
     void (*multiply)(const RowView<D>&, const double* entries, const Lanes* from, Lanes* to, int begin, int end) = nullptr;
     // The preconditioner.
-    int factor_size = 0;  ///< numbers of a row
+    int factor_size = 0;  ///< numbers per row
     void (*sum)(const RowView<D>&, const double* entries, const MassRowParts&, float* T, int begin, int end) = nullptr;
     void (*factor)(const int* line, int count, int axis, float* T)                                           = nullptr;
     void (*solve)(const int* line, int count, int axis, const float* L, Lanes* x, unsigned passes)           = nullptr;
@@ -55,9 +55,9 @@ struct Passes {
 
     Scatter project;            ///< m_i, (m v)_i
     Scatter force;              ///< f_i
-    Scatter project_and_force;  ///< both in one sweep; null where they do not go together
-    Scatter surface_force;      ///< the part of f_i that acts on faces
-    Product apply_mass;         ///< + M from, M the consistent mass matrix, which is not formed
+    Scatter project_and_force;  ///< both in one sweep; null if they cannot be combined
+    Scatter surface_force;      ///< the part of f_i from loads on faces
+    Product apply_mass;         ///< nodes += M from, with the consistent mass matrix M, which is not formed
     MassRowPasses<D> mass_rows;
 
     /// The same for quadrature points, which are particles of domain `point`.
@@ -67,24 +67,24 @@ struct Passes {
 
     VelocityFitPasses<D> velocity_fit;
     CellFitPasses<D> cell_fit;
-    /// The gradient at the centre of a cell, see kernels/cell_gradient.hpp; null where particles do not use it.
+    /// The gradient at the centre of a cell, see kernels/cell_gradient.hpp; null if particles do not use it.
     void (*gradient_at_center)(const Lattice<D>&, const Tiles<D>&, const Lanes* nodes, const Index<D>& cell, Lanes* record);
 
-    Gather keep;             ///< what particles carry for the next projection; null where that is nothing
+    Gather keep;             ///< what particles carry to the next projection; null if nothing
     Gather update_velocity;  ///< v_p
-    Gather deform;           ///< F_p, V_p of the step to come, or of that which led here; the stress follows, see StressUpdate
-    Gather move;             ///< x_p and domains; of cells nothing
+    Gather deform;           ///< F_p, V_p after the coming step, or (USF) after the previous one; then StressUpdate
+    Gather move;             ///< x_p and domains; null with cells
     Gather update_all;       ///< all in one sweep, L_p included
 
     void (*move_corners)(const Sweep<D>&, std::ptrdiff_t begin, std::ptrdiff_t end);  ///< x_c; null without cells
     Gather follow_corners;                                                            ///< x_p and V_p; null without cells
 
-    void (*evolve)(const Sweep<D>&, int i);  ///< the domain of particle i from its F, or from its corners
+    void (*evolve)(const Sweep<D>&, int i);  ///< sets the domain of particle i from its F or its corners
     double (*reach)(const Lattice<D>&, const ParticleView<D>&, int i);  ///< from x_p to the edge of its domain, cells
-    double max_reach;                                                   ///< the largest that the passes hold
+    double max_reach;                                                   ///< the largest reach that the passes allow
 };
 
-/// The passes for a choice that breaks no rule.
+/// The passes of a method. Throws InputError if it breaks a rule.
 template <int D>
 Passes<D> choose_passes(const MethodSpec& spec);
 

@@ -1,4 +1,5 @@
 #include "method/passes_of.hpp"
+#include "shape/bspline.hpp"
 
 namespace ordo {
 

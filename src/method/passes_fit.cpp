@@ -1,4 +1,4 @@
-// The passes of least-squares fits: of velocities at nodes, of fields in cells.
+// The passes of least-squares fits: velocities at nodes, and fields in cells.
 #include "kernels/cell_fields.hpp"
 #include "kernels/velocity_fit.hpp"
 #include "method/passes.hpp"

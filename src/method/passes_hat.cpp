@@ -1,4 +1,5 @@
 #include "method/passes_of.hpp"
+#include "shape/hat.hpp"
 
 namespace ordo {
 

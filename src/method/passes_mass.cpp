@@ -30,11 +30,11 @@ MassRowPasses<D> choose_mass_rows(Basis basis)
 {
     switch (basis) {
     case Basis::hat:
-    case Basis::ddmpm: return mass_rows_of<D, Hat>();  // its values are those of hats
+    case Basis::ddmpm: return mass_rows_of<D, Hat>();  // ddmpm has the values of hats
     case Basis::bspline2: return mass_rows_of<D, BSpline<2>>();
     case Basis::bspline3: return mass_rows_of<D, BSpline<3>>();
     case Basis::bspline4:
-    case Basis::bspline5: break;  // only of spline-fit
+    case Basis::bspline5: break;  // only for spline-fit
     }
     throw std::logic_error("choose_mass_rows: unhandled basis");
 }

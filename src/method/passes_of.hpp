@@ -8,7 +8,6 @@
 #include "method/passes.hpp"
 #include "shape/box.hpp"
 #include "shape/corners.hpp"
-#include "shape/dual_domain.hpp"
 #include "shape/point.hpp"
 
 #include <stdexcept>
@@ -16,18 +15,18 @@
 
 namespace ordo {
 
-/// Whether rules allow nothing but projection mass, shape gradients and lumped mass.
+/// Whether the rules allow only projection mass, shape gradients and lumped mass for a shape.
 template <class S>
 constexpr bool is_plain = false;
 template <int D, class Basis>
 constexpr bool is_plain<Cell<D, Basis, true, true>> = true;
-/// Points have passes of their own for velocities that are linear beside them, see passes_of_points.
+/// Points have their own passes for projections with velocity gradients, see passes_of_points.
 template <class S>
 constexpr bool is_point = false;
 template <int D, class Basis, class Slopes>
 constexpr bool is_point<Point<D, Basis, Slopes>> = true;
 
-/// The passes of a shape whose domains follow F by `Evolution`, or the corners of cells.
+/// The passes of a shape whose domains follow `Evolution`: F, or the corners of cells.
 template <Shape S, class Basis, class Evolution>
 Passes<S::dim> passes_of_shape(const MethodSpec& spec)
 {
@@ -61,7 +60,7 @@ Passes<S::dim> passes_of_shape(const MethodSpec& spec)
     return p;
 }
 
-/// The passes of quadrature points, whose shape is S, and what the gradient at cell centres needs.
+/// Adds the passes of quadrature points, whose shape is S, and the gradient at cell centres if needed.
 template <Shape S, class Basis>
 void add_points(const MethodSpec& spec, Passes<S::dim>& p)
 {
@@ -78,7 +77,7 @@ void add_points(const MethodSpec& spec, Passes<S::dim>& p)
     };
 }
 
-/// The passes of cells: corners move, particles follow.
+/// The passes of cells: corners move and particles follow.
 template <int D, class Basis, bool is_exact, bool is_enriched>
 Passes<D> passes_of_cells(const MethodSpec& spec)
 {
@@ -107,7 +106,7 @@ Passes<D> passes_of_points(const MethodSpec& spec)
     return p;
 }
 
-/// The passes of a basis and the domain of `spec`.
+/// The passes of a basis, for the domain of `spec`.
 template <int D, class Basis>
 Passes<D> passes_of(const MethodSpec& spec)
 {
@@ -119,7 +118,7 @@ Passes<D> passes_of(const MethodSpec& spec)
         case Domain::parallelepiped: return passes_of_shape<Parallelepiped<D, Basis>, Basis, AffineEdges<D>>(spec);
         case Domain::cell:
         case Domain::simplex:
-            // Mean weights without enrichment are a rare choice: the passes for enriched corners find none.
+            // Mean weights without enrichment are rare; they use the passes for enriched corners, which find none.
             if (spec.weights == CornerWeights::mean) return passes_of_cells<D, Basis, false, true>(spec);
             return has_enrichment(spec) ? passes_of_cells<D, Basis, true, true>(spec)
                                         : passes_of_cells<D, Basis, true, false>(spec);
@@ -129,5 +128,9 @@ Passes<D> passes_of(const MethodSpec& spec)
     add_points<Point<D, Basis>, Basis>(spec, p);
     return p;
 }
+
+/// The passes of basis `ddmpm`.
+template <int D>
+Passes<D> passes_of_dual_domain(const MethodSpec& spec);
 
 }  // namespace ordo

@@ -1,4 +1,4 @@
-// Places in messages.
+// Positions in messages.
 #pragma once
 
 #include "base/vec.hpp"
@@ -7,7 +7,7 @@
 
 namespace ordo {
 
-/// "(0.5, 0.25)": coordinates of a place.
+/// The coordinates of a position, such as "(0.5, 0.25)".
 std::string place_text(const double* x, int dim);
 
 template <int D>

@@ -1,4 +1,4 @@
-// Particles of one material from seeds, with the domains that a method wants.
+// Particles of one material from seeds, with the domains that a method needs.
 #pragma once
 
 #include "method/enrichment.hpp"
@@ -10,8 +10,8 @@
 
 namespace ordo {
 
-/// A body as cells with shared corners, for domains that are cells and for faces that carry tractions.
-/// Without `corners` they are those of the seeds' parallelepipeds.
+/// A body as cells with shared corners, for methods with cells and to find the faces that tractions act on. Without `corners`
+/// the cells are the parallelepipeds of the seeds.
 template <int D>
 CellMesh<D> mesh_of(const MethodSpec& method, const std::vector<Seed<D>>& seeds, const std::vector<CornerPoints<D>>& corners = {})
 {
@@ -19,8 +19,9 @@ CellMesh<D> mesh_of(const MethodSpec& method, const std::vector<Seed<D>>& seeds,
     return method.domain == Domain::simplex ? split(mesh) : mesh;
 }
 
-/// Velocities v(x), m/s, of particles [begin, end) at their places, of what they carry beside them, and of corners. Gradients
-/// are central differences over a part of a cell, h; zero where v is not finite beside a particle.
+/// Sets the velocities v(x), m/s, of particles [begin, end), with gradients and corner velocities if the method has them.
+/// Gradients are central differences over a small fraction of the cell size h; their components are zero where v is not finite
+/// near a particle.
 template <int D, class Velocity>
 void set_velocities(Particles<D>& p, int begin, int end, const Velocity& v, const Vec<D>& h)
 {
@@ -37,7 +38,7 @@ void set_velocities(Particles<D>& p, int begin, int end, const Velocity& v, cons
     }
 }
 
-/// Particles of material 0 of the model, one a seed or one a cell.
+/// Particles of material 0 of the model, one per seed or per cell.
 template <int D>
 Particles<D> plant_all(const Model<D>& model, const std::vector<Seed<D>>& seeds, const std::vector<CornerPoints<D>>& corners = {})
 {

@@ -64,7 +64,7 @@ State<D> Scheme<D>::start(Particles<D> particles) const
         particles.F[i] = Mat<D>::identity();
     }
     State<D> s = start_deformed(std::move(particles));
-    if (has_cells(model_.method))  // with mean weights they are not at the centroids
+    if (has_cells(model_.method))  // with mean weights x is not at the centroid
         for (int i = 0; i < s.particles.count; ++i) s.particles.X[i] += displacement(model_, s.particles, i);
     return s;
 }
@@ -103,7 +103,7 @@ void Scheme<D>::step(State<D>& s, double dt) const
     s.dt_prev = dt;
     ++s.n;
     s.field.mass.is_formed = false;   // particles have moved
-    require_sound(model_.method, s);  // now, so that time and particles belong together in the last output
+    require_sound(model_.method, s);  // only here: in the last output, time and particles must match
 }
 
 template <int D>

@@ -1,5 +1,5 @@
-// A method is a row of choices on independent axes: the axes as types, the row, and what follows from it. Names, sentences, rules
-// and presets are in tables.hpp.
+// A method is a set of choices on independent axes. Here are the axes as types, the set, and functions of it. Names,
+// descriptions, rules and presets are in tables.hpp.
 #pragma once
 
 namespace ordo {
@@ -21,7 +21,7 @@ enum class Update { flip, apic, polypic };
 enum class TimeScheme { usf, usl, musl, rk3, rk4 };
 enum class Start { leapfrog, plain };
 
-/// A method: one choice per axis.
+/// A method: one choice per axis, and numbers.
 struct MethodSpec {
     Basis basis                    = Basis::hat;
     Domain domain                  = Domain::point;
@@ -58,9 +58,9 @@ inline bool has_splines(const MethodSpec& s) { return s.basis == Basis::bspline2
 /// The scheme of docs/high_order.md.
 inline bool is_spline_fit(const MethodSpec& s) { return s.projection == Projection::spline_fit; }
 inline bool has_stages_of_runge_kutta(const MethodSpec& s) { return s.scheme == TimeScheme::rk3 || s.scheme == TimeScheme::rk4; }
-/// Of a scheme of Runge and Kutta.
+/// The number of stages of a Runge-Kutta scheme.
 inline int stages_of(TimeScheme scheme) { return scheme == TimeScheme::rk3 ? 3 : 4; }
-/// Of the splines, 1 for hats.
+/// The degree of the splines; 1 for hats.
 inline int degree_of(Basis basis)
 {
     switch (basis) {
@@ -73,48 +73,48 @@ inline int degree_of(Basis basis)
     }
     return 1;
 }
-/// Of the functions of nodes. A scheme of splines shows its fields at the vertices of cells.
+/// The degree of the nodes' functions. Projection spline-fit shows its fields at the vertices of cells, with hats.
 inline int node_degree(const MethodSpec& s) { return is_spline_fit(s) ? 1 : degree_of(s.basis); }
-/// Bodies fill the grid between walls, unless they say where their surface is.
+/// Bodies must fill the grid between walls, unless they define their surface.
 inline bool needs_full_grid(const MethodSpec& s) { return is_spline_fit(s); }
 inline bool has_enrichment(const MethodSpec& s) { return s.enrichment != Enrichment::none; }
 inline bool keeps_corner_velocity(const MethodSpec& s) { return s.corner_velocity == CornerVelocity::kept; }
-/// Velocities of the nodes are least-squares fits there.
+/// Nodal velocities are least-squares fits at the nodes.
 inline bool fits_velocity(const MethodSpec& s) { return s.projection == Projection::mls || s.projection == Projection::imls; }
-/// Cells that a weight is wide.
+/// The width of a weight's support, cells.
 inline int width_of(Weight weight) { return weight == Weight::hat ? 2 : weight == Weight::quadratic ? 3 : 4; }
-/// Mass and momentum are those of the Gauss points.
+/// Nodal mass and momentum are sums over Gauss points.
 inline bool has_tls_velocity(const MethodSpec& s) { return s.projection == Projection::tls && s.tls != Tls::stress; }
-/// Forces are those of the Gauss points.
+/// Nodal forces are sums over Gauss points.
 inline bool has_gauss_forces(const MethodSpec& s)
 {
     return s.quadrature == Quadrature::gauss && !(s.projection == Projection::tls && s.tls == Tls::velocity);
 }
-/// Particles leave velocities that are linear beside them.
+/// Particles spread linear velocity fields, with a gradient.
 inline bool spreads_gradient(const MethodSpec& s)
 {
     return s.projection == Projection::gradient_enhanced || s.projection == Projection::affine;
 }
-/// Particles carry a matrix from which velocities beside them follow: L_p, or the affine matrix.
+/// Particles carry a matrix that extrapolates their velocity to points near them: L_p, or the affine matrix.
 inline bool carries_gradient(const MethodSpec& s)
 {
     return spreads_gradient(s) || (s.samples == Samples::corners && !has_cells(s));
 }
-/// That matrix is the gradient of the stress update, which stores it in passing.
+/// That matrix is the velocity gradient of the stress update, which stores it.
 inline bool stores_gradient(const MethodSpec& s)
 {
     return s.scheme == TimeScheme::usl && carries_gradient(s) &&
            (s.projection != Projection::affine || s.gradient == Gradient::affine);
 }
 
-/// The mass of the nodes is that of the particles, to round-off. Where domains reach further than quadrature points, nodes
-/// that only they reach have the particles' mass besides.
+/// The total mass of the nodes is that of the particles, to round-off. It is not with velocities by tls and domains other than
+/// points: nodes that domains reach but no quadrature point reaches get the particles' mass in addition.
 inline bool keeps_mass(const MethodSpec& s)
 {
     return !is_spline_fit(s) && s.quadrature != Quadrature::cell && !(has_tls_velocity(s) && s.domain != Domain::point);
 }
-/// So is the momentum of the particles before a step and after it, but for forces from outside. Velocities by least squares
-/// do not keep it on the nodes, but increments from them do on the particles, where node masses are sums over particles.
+/// Without external forces a step keeps the momentum of the particles, to round-off. Velocities by least squares change it on
+/// the nodes, but their increments keep it on the particles if nodal masses are sums over particles.
 inline bool keeps_momentum(const MethodSpec& s)
 {
     const bool has_particle_masses = keeps_mass(s) && !has_tls_velocity(s);

@@ -7,7 +7,7 @@
 
 namespace ordo {
 
-/// Wall time per stage of the step, s, and how often the consistent mass matrix was solved.
+/// Wall time per stage of the step, s, and the number of solves with the consistent mass matrix and of their iterations.
 struct StageTimes {
     enum Stage { sort, body_force, scatter, fit, nodes, gather, count };
     static constexpr std::array<std::string_view, count> names{"sort", "body_force", "scatter", "fit", "nodes", "gather"};
@@ -15,7 +15,7 @@ struct StageTimes {
     long mass_solves = 0, mass_iterations = 0;
 };
 
-/// Adds the time from construction to destruction to a stage; nothing where there are no times.
+/// Adds the time from construction to destruction to a stage; does nothing if `times` is null.
 class Stopwatch {
   public:
     Stopwatch(StageTimes* times, StageTimes::Stage stage) : times_(times), stage_(stage)

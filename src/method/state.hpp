@@ -1,4 +1,4 @@
-// Everything that a step reads and changes, and the choices that stay fixed over a run.
+// The state that steps change, and the model, which is fixed during a run.
 #pragma once
 
 #include "base/field.hpp"
@@ -18,11 +18,11 @@
 
 namespace ordo {
 
-/// Sets b of the particles [begin, end) at time t; called for pieces of them in parallel.
+/// Sets b of the particles [begin, end) at time t; called in parallel for pieces of all particles.
 template <int D>
 using BodyForceKernel = std::function<void(const ParticleView<D>&, std::ptrdiff_t begin, std::ptrdiff_t end, double t)>;
 
-/// What the user set up: fixed during the run.
+/// The user's set-up, fixed during the run.
 template <int D>
 struct Model {
     MethodSpec method;
@@ -31,20 +31,20 @@ struct Model {
     Vec<D, bool> periodic{};
     std::vector<Material> materials;
     std::vector<VectorField<D>> body_forces;  ///< one per body, per mass, m/s^2
-    BodyForceKernel<D> body_force_kernel;     ///< where set, instead of body_forces
+    BodyForceKernel<D> body_force_kernel;     ///< if set, replaces body_forces
     std::vector<Traction<D>> tractions;
-    std::vector<Load<D>> loads;  ///< the faces that they act on, see add_loads
+    std::vector<Load<D>> loads;  ///< the faces that the tractions act on, see add_loads
     std::vector<Condition<D>> conditions;
-    /// For schemes that need to know where bodies end inside the grid: functions of the initial position, m, that are negative inside
-    /// and vanish on the free surface.
+    /// Level sets of bodies that end inside the grid, for schemes that need them: functions of the initial position, m,
+    /// negative inside and zero on the free surface.
     std::vector<LevelSet<D>> surface;
     Vec<D> gravity{};
 
-    /// Where the grid ends along an axis, m.
+    /// The position of a face of the grid, m.
     double face(int axis, bool above) const { return origin[axis] + (above ? cells[axis] * h[axis] : 0.0); }
 };
 
-/// The points of quadratures `cell` and `gauss`: particles of domain `point` that live for a step. Tiles of one colour share
+/// The points of quadratures `cell` and `gauss`: particles of domain `point` that exist for one step. Tiles of one colour share
 /// no node.
 template <int D>
 struct QuadraturePoints {
@@ -57,7 +57,7 @@ struct QuadraturePoints {
     ParticleView<D> view();
     /// Makes room for n points.
     void resize(int n, bool has_body_force);
-    /// f(tile) for all of them, those of one colour in parallel.
+    /// f(tile) for all tiles, those of one colour in parallel.
     template <class F>
     void for_each_by_colour(F&& f) const
     {
@@ -67,15 +67,15 @@ struct QuadraturePoints {
     }
 };
 
-/// What a projection kept: mass and momentum of the particles before it and of the nodes after it, without conditions.
+/// Mass and momentum of the particles before a projection and of the nodes after it, before boundary conditions.
 struct ProjectionReport {
-    bool is_wanted     = false;                        ///< each step makes the sums
+    bool is_wanted     = false;                        ///< compute the sums in each step
     double mass_before = 0.0, mass_after = 0.0;        ///< kg
     Vec<3> momentum_before = {}, momentum_after = {};  ///< kg m/s
     FitReport fit;
-    Vec<3> dropped_at = {};  ///< the middle of the first block of nodes, or of cells, with dropped pivots, m
+    Vec<3> dropped_at = {};  ///< the centre of the first block of nodes or cells with dropped pivots, m
 
-    /// The sums of particles and of the grid, mass and momentum in the lanes of a node.
+    /// Sets the sums, which have mass and momentum in the lanes of a node.
     void set(const Lanes& before, const Lanes& after)
     {
         mass_before = before[NodeLane::mass];
@@ -87,7 +87,7 @@ struct ProjectionReport {
     }
 };
 
-/// What the step changes.
+/// All that a step changes.
 template <int D>
 struct State {
     Particles<D> particles;
@@ -95,38 +95,38 @@ struct State {
     // Rebuilt by the sort; see method/layout.hpp.
     Lattice<D> lattice;
     NodeField<D> field;
-    Array<Lanes> velocity_records;  ///< of least-squares fits of the velocity
-    Array<Lanes> cell_records;      ///< of those of the fields in cells
+    Array<Lanes> velocity_records;  ///< for least-squares fits of the velocity
+    Array<Lanes> cell_records;      ///< for least-squares fits of fields in cells
     Array<Lanes> cell_contents;     ///< see kernels/cell_fields.hpp
     Array<Lanes> gradients;         ///< see kernels/cell_gradient.hpp
-    Array<Lanes> particle_nodes;    ///< sums of particles where nodes hold those of quadrature points
-    QuadraturePoints<D> points;     ///< of quadratures cell and gauss
+    Array<Lanes> particle_nodes;    ///< sums over particles if `field.nodes` has sums over quadrature points
+    QuadraturePoints<D> points;     ///< for quadratures cell and gauss
     ProjectionReport projection;    ///< of the last step
-    double drift    = 0.0;          ///< bound on any particle's displacement since the sort, cells
-    double move     = 0.0;          ///< the largest displacement of the last step along an axis, cells
+    double drift    = 0.0;          ///< upper bound on the displacement of particles since the sort, cells
+    double move     = 0.0;          ///< largest displacement along an axis in the last step, cells
     double reach    = 0.0;          ///< largest distance from a particle to the edge of its domain, cells
-    int extra_reach = 0;            ///< cells beyond it in which its samples count
+    int extra_reach = 0;            ///< cells beyond that edge in which the particle's samples count
 
     TileReport fault;  ///< the first fault of the step, if any
 
     double t       = 0.0;  ///< time of positions, s
-    double t_rest  = 0.0;  ///< what rounding has kept from it (Kahan 1965): n steps make n dt
+    double t_rest  = 0.0;  ///< rounding error of t (Kahan 1965), so that n steps add up to n dt
     double t_v     = 0.0;  ///< time of velocities, s
     double t_F     = 0.0;  ///< time of F and stresses, s; USF updates them at the start of the next step
     double dt_prev = 0.0;  ///< 0 before the first step
     long n         = 0;    ///< steps taken
 };
 
-/// `array` with a record of `size` Lanes for each node.
+/// Resizes `array` to a record of `size` Lanes for each node.
 inline void make_room(Array<Lanes>& array, std::size_t nodes, int size = 1)
 {
     if (array.size() != nodes * size) array = Array<Lanes>(nodes * size, Pages::own);
 }
 
-/// What the grid of a method is made of.
+/// The basis of a method's grid.
 inline GridBasis grid_basis(const MethodSpec& method) { return {.degree = node_degree(method), .a0 = method.a0}; }
 
-/// Cells beyond a particle's domain in which its samples count at nodes.
+/// How far beyond a particle's domain its samples still count at nodes, cells.
 inline int extra_reach(const MethodSpec& method)
 {
     const bool fits_cells = method.quadrature == Quadrature::cell || method.gradient == Gradient::adjoint;
@@ -134,13 +134,13 @@ inline int extra_reach(const MethodSpec& method)
     return std::max<int>(fits_cells, extra_reach(width_of(method.weight), grid_basis(method).degree));
 }
 
-/// Whether a condition stands on a plane other than the face of the grid on its side.
+/// Whether a condition is on a plane other than the grid face on its side.
 template <int D>
 bool is_inner_plane(const Model<D>& model, const Condition<D>& b)
 {
     return std::fabs(b.at - model.face(b.axis, b.outer_is_above)) > 1e-9 * model.h[b.axis];
 }
-/// Whether a condition stands on a plane inside a grid of splines, where they do not interpolate.
+/// Whether a condition is on a plane inside a grid of splines, which do not interpolate there.
 template <int D>
 bool is_inner_plane_of_splines(const Model<D>& model, const Condition<D>& b)
 {
@@ -156,7 +156,7 @@ void add_walls(Model<D>& model, int axis, ConditionType type = ConditionType::sy
             {.axis = axis, .outer_is_above = above, .at = model.face(axis, above), .type = type, .value = {}});
 }
 
-/// The names of the history columns that the laws of materials carry, each once.
+/// The names of the history columns of all materials, each once.
 inline std::vector<std::string> history_columns(const std::vector<Material>& materials)
 {
     std::vector<std::string> names;
@@ -186,7 +186,7 @@ FieldGroups field_groups(const Model<D>& model)
     return g;
 }
 
-/// x - X of particle i, m; on a periodic axis the way it went, not the place where it is drawn.
+/// x - X of particle i, m; on a periodic axis the total displacement, including full periods.
 template <int D>
 Vec<D> displacement(const Model<D>& model, const Particles<D>& p, int i)
 {
@@ -196,7 +196,7 @@ Vec<D> displacement(const Model<D>& model, const Particles<D>& p, int i)
     return u;
 }
 
-/// Where a corner of particle i's cell is beside it: on a periodic axis corners keep their way, particles do not.
+/// The position of a corner of particle i's cell, next to the particle: periodic axes wrap particles but not corners.
 template <int D>
 Vec<D> corner_place(const Model<D>& model, const Particles<D>& p, int i, int corner)
 {
@@ -206,8 +206,8 @@ Vec<D> corner_place(const Model<D>& model, const Particles<D>& p, int i, int cor
     return x;
 }
 
-/// Where particle i is drawn and where fields are evaluated: in the first period of periodic axes. Between sorts x may
-/// lie up to the halo outside of it.
+/// The position of particle i for output and for fields: in the first period of periodic axes. Between sorts x may be up to the
+/// halo outside it.
 template <int D>
 Vec<D> place_in_period(const Model<D>& model, const Particles<D>& p, int i)
 {

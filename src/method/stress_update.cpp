@@ -23,7 +23,7 @@ template <int D>
 void StressUpdate<D>::operator()(typename Passes<D>::Gather deform, const Sweep<D>& sweep, int begin, int end,
                                  TileReport& report) const
 {
-    constexpr int piece = 16 * Batch::size;  // their F and increments stay in the first level of cache
+    constexpr int piece = 16 * Batch::size;  // F and increments of a piece fit in first-level cache
     Mat<D> increments[piece];
     Sweep<D> s = sweep;
     if (needs_increments_) s.increments = increments;

@@ -331,7 +331,7 @@ void require_allowed(const MethodSpec& s)
 
 namespace {
 
-/// Taylor least squares of everything, on a basis.
+/// Taylor least squares for density, momentum and stress, on a basis.
 MethodSpec tls(Basis basis)
 {
     return {.basis       = basis,
@@ -343,7 +343,7 @@ MethodSpec tls(Basis basis)
             .degree      = 2};
 }
 
-/// Splines fitted to particles, with a degree of their own for the stress.
+/// Splines fitted to particles, with a separate degree for the stress.
 MethodSpec spline_fit(Basis basis, double stress_degree, double removed_knots, double removed_stress_knots, TimeScheme scheme)
 {
     return {.basis                = basis,

@@ -1,5 +1,5 @@
-// The tables of methods: names and sentences of choices, numbers, rules and presets. Input, error messages, `ordo list` and the
-// tests read them; kernels do not.
+// The tables of methods: names and descriptions of choices, numbers, rules and presets. Input, error messages, `ordo list` and
+// the tests use them; kernels do not.
 #pragma once
 
 #include "method/spec.hpp"
@@ -11,7 +11,7 @@
 
 namespace ordo {
 
-/// One choice of an axis: its value, its name in the input, a sentence.
+/// One choice of an axis: its value, its name in the input, a description.
 template <class E>
 struct Choice {
     E value;
@@ -38,7 +38,7 @@ struct Choice {
     AXIS(TimeScheme)     \
     AXIS(Start)
 
-/// The choices of an axis, and what the axis decides. Rows are in tables.cpp.
+/// An axis: its key in the input, its description and its choices. The rows are in tables.cpp.
 template <class E>
 struct Axis {
     static const std::string_view key, what;
@@ -69,7 +69,7 @@ std::vector<std::string> choice_names()
 template <class E>
 E parse_choice(std::string_view name);
 
-/// f(axis member) for each axis of a MethodSpec: the one list of axes.
+/// f(pointer to member) for each axis of a MethodSpec. This is the only list of axes.
 template <class F>
 void for_each_axis(F&& f)
 {
@@ -91,7 +91,7 @@ void for_each_axis(F&& f)
     f(&MethodSpec::start);
 }
 
-/// A number of a method, beside its axes.
+/// A numeric parameter of a method.
 struct Setting {
     std::string_view name;
     double MethodSpec::*value;
@@ -101,7 +101,7 @@ struct Setting {
 };
 std::span<const Setting> settings();
 
-/// A combination that makes no sense, and why.
+/// A combination of choices that is forbidden, and the reason.
 struct Rule {
     bool (*forbids)(const MethodSpec&);
     std::string_view what;  ///< the combination, in names of choices
@@ -110,12 +110,12 @@ struct Rule {
 
 const std::vector<Rule>& rules();
 
-/// The rule that a combination breaks; null when it is allowed.
+/// The rule that a combination breaks; null if it is allowed.
 const Rule* broken_rule(const MethodSpec& s);
-/// Throws InputError where it is one.
+/// Throws InputError if the combination breaks a rule.
 void require_allowed(const MethodSpec& s);
 
-/// A named row of the table of methods.
+/// A named method.
 struct Preset {
     std::string_view name;
     std::string_view what;
@@ -125,7 +125,7 @@ struct Preset {
 /// The presets, in the order of `ordo list methods`.
 const std::vector<Preset>& presets();
 
-/// The row of this name; null where there is none.
+/// The preset with this name; null if there is none.
 const Preset* find_preset(std::string_view name);
 std::vector<std::string> preset_names();
 

@@ -10,7 +10,7 @@ template <int D>
 int add_loads(std::vector<Load<D>>& loads, Particles<D>& p, const CellMesh<D>& mesh, int first, int index,
               const std::function<bool(const Vec<D>& normal, const Vec<D>& center)>& is_chosen)
 {
-    // Loads of a particle lie behind each other: those that it has already move to the end of the list.
+    // The loads of a particle are contiguous, so its earlier loads are copied to the end of the list.
     std::vector<std::vector<Load<D>>> of(mesh.cells.size());
     for (std::size_t k = 0; k < of.size(); ++k)
         for (int l = p.load[first + static_cast<int>(k)]; l >= 0; l = loads[l].is_last ? -1 : l + 1) of[k].push_back(loads[l]);

@@ -1,4 +1,4 @@
-// Tractions and pressures on faces of bodies: the outer faces of their particles' domains.
+// Tractions and pressures on the faces of bodies, which are the outer faces of the particles' domains.
 #pragma once
 
 #include "base/field.hpp"
@@ -14,34 +14,34 @@ namespace ordo {
 enum class TractionType {
     pressure,  ///< against the normal of the current face, Pa of current area
     traction,  ///< in a given direction, Pa of current area
-    dead       ///< in a given direction, Pa of initial area: its sum does not follow the deformation
+    dead       ///< in a given direction, Pa of initial area: the total force does not depend on the deformation
 };
 
 template <int D>
 struct Traction {
     TractionType type = TractionType::pressure;
-    VectorField<D> value{};  ///< of pressures the first component
+    VectorField<D> value{};  ///< pressures use the first component
 };
 
-/// A traction on one face of a particle. Faces of points, boxes and parallelepipeds follow F, those of cells their corners.
+/// A traction on one face of a particle. Faces of points, boxes and parallelepipeds follow F, faces of cells their corners.
 template <int D>
 struct Load {
     int traction = 0;      ///< index in Model::tractions
-    bool is_last = false;  ///< of its particle
+    bool is_last = false;  ///< the last load of its particle
     Vec<D> area0{};        ///< initial area vector, outwards, m^(D-1)
-    Vec<D> arm0{};         ///< initial centre of the face from that of the particle, m
+    Vec<D> arm0{};         ///< initial vector from the particle to the centre of the face, m
     Vec<D> center0{};      ///< initial centre of the face, m
-    Face<D> face{};        ///< of cells
+    Face<D> face{};        ///< for cells
 };
 
 /// Puts traction `index` on the chosen outer faces of a body whose particles begin at `first`, in the order of the cells of
-/// `mesh`. `is_chosen` gets the outward unit normal and the centre of a face. Particles of deformed starts are not meant: the
-/// faces are those of the mesh. Returns how many faces were chosen.
+/// `mesh`. `is_chosen` gets the outward unit normal and the centre of a face. The particles must be undeformed, because faces
+/// are taken from the mesh. Returns the number of chosen faces.
 template <int D>
 int add_loads(std::vector<Load<D>>& loads, Particles<D>& p, const CellMesh<D>& mesh, int first, int index,
               const std::function<bool(const Vec<D>& normal, const Vec<D>& center)>& is_chosen);
 
-/// Sets force and moment of the loads of each particle at time t.
+/// Sets the force and moment of each particle's loads at time t.
 template <int D>
 void evaluate_loads(const std::vector<Load<D>>& loads, const std::vector<Traction<D>>& tractions, const Lattice<D>& g,
                     const ParticleView<D>& p, double t);

@@ -13,7 +13,7 @@ namespace ordo {
 namespace setup {
 namespace {
 
-/// Projection spline-fit takes bodies that fill a grid between walls, or one built-in shape, which may end inside it.
+/// Projection spline-fit takes bodies that fill the grid between walls, or one built-in shape, which may end inside the grid.
 template <int D>
 void set_up_splines(const CaseSpec<D>& spec, Model<D>& model, int particles)
 {
@@ -54,7 +54,7 @@ std::unique_ptr<Scheme<D>> make(Model<D> model)
     return std::make_unique<S>(std::move(model));
 }
 
-/// The first row that fits a method counts.
+/// The first row whose `is_of` is true gives the scheme.
 template <int D>
 constexpr SchemeRow<D> kSchemes[] = {
     {is_spline_fit, make<SplineScheme<D>, D>, setup::set_up_splines<D>},

@@ -1,4 +1,4 @@
-// The schemes that step a model, chosen by its method.
+// The scheme that steps a model, chosen by its method.
 #pragma once
 
 #include "method/scheme.hpp"
@@ -8,13 +8,13 @@
 
 namespace ordo {
 
-/// The scheme of the model's method. Throws InputError for a model that it cannot hold.
+/// The scheme of the model's method. Throws InputError for a model that it cannot treat.
 template <int D>
 std::unique_ptr<Scheme<D>> make_scheme(Model<D> model);
 
 namespace setup {
 
-/// What the scheme of a case wants from its model besides, for so many particles. Throws SetupError.
+/// Adds to the model what the scheme of a case needs, and checks the number of particles. Throws SetupError.
 template <int D>
 void set_up_scheme(const CaseSpec<D>& spec, Model<D>& model, int particles);
 

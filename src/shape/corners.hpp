@@ -3,9 +3,7 @@
 // duplicate nodes.
 #pragma once
 
-#include "shape/bspline.hpp"
 #include "shape/cell_weights.hpp"
-#include "shape/hat.hpp"
 #include "shape/shape.hpp"
 #include "shape/stencil.hpp"
 
@@ -182,7 +180,6 @@ struct Parallelepiped {
         value += total * w;
     }
 };
-static_assert(Shape<Parallelepiped<2, Hat>>);
 
 /// Domain `cell` (CPDI2, CPDI-T): a cell of a mesh whose corners are shared and move with the grid. Weights of the corners
 /// are integrals over the cell, or all equal (Sadeghirad et al. 2013); gradients are exact means. V_p is the volume of the
@@ -312,6 +309,5 @@ struct Cell {
         });
     }
 };
-static_assert(Shape<Cell<2, Hat, true>>);
 
 }  // namespace ordo

@@ -1,7 +1,6 @@
 // Domain `point`: phi_ip = N_i(x_p).
 #pragma once
 
-#include "shape/hat.hpp"
 #include "shape/shape.hpp"
 #include "shape/stencil.hpp"
 
@@ -81,7 +80,6 @@ struct Point {
         ordo::collect_value(stencil(g, p, i), g, nodes, value);
     }
 };
-static_assert(Shape<Point<2, Hat>>);
 
 /// The field sum_i N_i(x) n_i of node records n_i; on a periodic axis x may lie outside the period.
 template <int D, class Basis>

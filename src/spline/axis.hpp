@@ -1,5 +1,5 @@
 // Splines of degree 1 to 5 along one axis, optionally without the knots next to the faces: the spaces of projection
-// `spline-fit`. Places are in cells from the first face.
+// `spline-fit`. Positions are in cells from the first face.
 #pragma once
 
 #include "base/index.hpp"
@@ -11,18 +11,18 @@
 
 namespace ordo {
 
-/// The splines of one degree over `cells` equal cells. Knots lie between cells, except the first `removed` ones next to each
-/// face; degree + 1 knots meet at a face. A periodic axis has uniform knots and no faces.
+/// The splines of one degree over `cells` equal cells. Knots lie between cells; the first `removed` ones next to each face are
+/// left out, and degree + 1 knots coincide at a face. A periodic axis has uniform knots and no faces.
 struct SplineAxis {
     static constexpr int max_degree = 5;
 
     int degree = 1, cells = 1, removed = 0;
     bool periodic = false;
 
-    ORDO_HD int spans() const { return periodic ? cells : cells - 2 * removed; }  ///< between knots
+    ORDO_HD int spans() const { return periodic ? cells : cells - 2 * removed; }  ///< knot intervals
     ORDO_HD int count() const { return periodic ? cells : spans() + degree; }     ///< functions
     ORDO_HD int span_of(int cell) const { return periodic ? cell : smaller(larger(cell - removed, 0), spans() - 1); }
-    /// Where span k begins.
+    /// The start of span k.
     ORDO_HD double knot(int k) const
     {
         if (periodic) return k;
@@ -37,7 +37,7 @@ struct SplineAxis {
     }
     /// The integral of function i, in cells.
     ORDO_HD double integral(int i) const { return (knot(i + 1) - knot(i - degree)) / (degree + 1); }
-    /// The function that number k stands for: on a periodic axis the first function follows the last.
+    /// The function number for k: on a periodic axis the first function follows the last.
     ORDO_HD int wrapped(int k) const { return periodic ? k % cells : k; }
 
     /// y moved onto the axis: into the first period, or to the nearest face.
@@ -46,10 +46,10 @@ struct SplineAxis {
         if (periodic) return y - cells * std::floor(y / cells);
         return smaller(larger(y, 0.0), static_cast<double>(cells));
     }
-    /// The cell of a place on the axis.
+    /// The cell of a position on the axis.
     ORDO_HD int cell_of(double y) const { return smaller(static_cast<int>(y), cells - 1); }
 
-    /// Values and slopes per cell of the functions that do not vanish in `span` (the first is number `span`), at place y in it.
+    /// Values and slopes, per cell, at y of the functions that do not vanish in `span`; the first is function `span`.
     template <int P>
     ORDO_FLAT void row(int span, double y, double (&w)[P + 1], double (&dw)[P + 1]) const
     {
@@ -62,7 +62,7 @@ struct SplineAxis {
     }
 };
 
-/// f(degree as a constant) for a degree of 1 to 5.
+/// Calls f with the degree, 1 to 5, as a template argument.
 template <class F>
 auto with_degree(int degree, F&& f)
 {
@@ -75,7 +75,7 @@ auto with_degree(int degree, F&& f)
     }
 }
 
-/// Functions along each axis, the first axis fastest.
+/// Tensor products of the splines of each axis, numbered with the first axis fastest.
 template <int D>
 struct SplineSpace {
     Vec<D, SplineAxis> axis{};
@@ -92,11 +92,11 @@ struct SplineSpace {
         for (int a = 0; a < D; ++a) n *= axis[a].count();
         return n;
     }
-    std::size_t number(const Index<D>& k) const  ///< of a function, from its numbers along the axes, the first fastest
+    std::size_t number(const Index<D>& k) const  ///< of a function, from its numbers along the axes
     {
         return static_cast<std::size_t>(number_of(k, counts()));
     }
-    Index<D> first_of(const Index<D>& cell) const  ///< the first of the functions that do not vanish in a cell
+    Index<D> first_of(const Index<D>& cell) const  ///< the first function that does not vanish in a cell
     {
         Index<D> k{};
         for (int a = 0; a < D; ++a) k[a] = axis[a].span_of(cell[a]);
@@ -120,7 +120,7 @@ struct SplineSpace {
         for (int a = 0; a < D; ++a) y[a] = axis[a].center(k[a]);
         return y;
     }
-    /// The integral of a function, in volumes of a cell.
+    /// The integral of a function, in cell volumes.
     double integral(std::size_t number) const
     {
         const Index<D> k = index(number);

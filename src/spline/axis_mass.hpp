@@ -10,7 +10,7 @@
 
 namespace ordo {
 
-/// f(cell, place in the cell, weight, first function, values, slopes per cell) at the Gauss points of an axis; all in cells.
+/// f(cell, position in the cell, weight, first function, values, slopes) at the Gauss points of an axis; lengths are in cells.
 template <class F>
 void for_each_gauss_point(const SplineAxis& axis, int points, F&& f)
 {
@@ -26,18 +26,19 @@ void for_each_gauss_point(const SplineAxis& axis, int points, F&& f)
     });
 }
 
-/// The masks of walls at the ends of an axis: 1 in the lanes of its first and last function that are free, 0 in those held.
+/// Wall conditions on the first and last function of an axis: 1 in free lanes, 0 in lanes that a wall holds.
 using AxisEnds = std::array<Lanes, 2>;
 inline const AxisEnds kFreeEnds{Lanes(1.0), Lanes(1.0)};
 
-/// sum w N_i N_j over points of an axis. In lanes that a wall holds, row and column of the end function are those of the identity.
+/// sum w N_i N_j over points of an axis. In lanes that a wall holds, the row and column of the end function are those of the
+/// identity.
 class AxisMass {
   public:
     AxisMass(const SplineAxis& axis, const AxisEnds& free)
         : axis_(axis), free_(free), sum_(axis.count(), axis.degree, axis.periodic)
     {}
 
-    /// Adds a point of this weight; w are the values of the functions from `span` on.
+    /// Adds a point with this weight; w has the values of the functions from `span` on.
     void add(int span, const double* w, const Lanes& weight)
     {
         for (int i = 0; i <= axis_.degree; ++i)
@@ -46,7 +47,7 @@ class AxisMass {
                 sum_.add(row, column, weight * free(row) * free(column) * (w[i] * w[j]));
             }
     }
-    /// The factors, and the first row whose pivot vanishes to within `tolerance`, or -1.
+    /// The factors, and the first row whose pivot is zero within `tolerance`; -1 if none is.
     std::pair<Banded<Lanes>, int> factored(double tolerance)
     {
         for (int i = 0; i < axis_.count(); ++i) sum_.add(i, i, 1.0 - free(i));
@@ -66,7 +67,7 @@ class AxisMass {
     Banded<Lanes> sum_;
 };
 
-/// Factors of int N_i N_j, in cells.
+/// The factors of int N_i N_j, lengths in cells.
 inline Banded<Lanes> unit_mass(const SplineAxis& axis, const AxisEnds& free)
 {
     AxisMass mass(axis, free);

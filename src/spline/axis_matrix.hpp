@@ -1,4 +1,4 @@
-// Matrices between two spaces of splines along one axis, and their products along all axes.
+// Matrices between two spline spaces of one axis, and their tensor products.
 #pragma once
 
 #include "base/array.hpp"
@@ -13,8 +13,8 @@
 
 namespace ordo {
 
-/// A matrix from the functions of one axis to those of another, or to places: each row has entries for some functions that
-/// follow each other.
+/// A banded matrix from the functions of one spline space to those of another, or to points: each row has entries for a few
+/// consecutive functions.
 class AxisMatrix {
   public:
     AxisMatrix() = default;
@@ -41,7 +41,7 @@ class AxisMatrix {
         return r;
     }
 
-    /// to = this * from for a line; both a stride apart.
+    /// to = this * from for one line; entries of both are `stride` apart.
     template <class U>
     void multiply(const U* from, U* to, std::ptrdiff_t stride) const
     {
@@ -58,7 +58,7 @@ class AxisMatrix {
     std::vector<std::vector<std::pair<int, double>>> entries_;
 };
 
-/// f(first, stride) for each line of an array along an axis, lines in parallel; `first` is where it begins.
+/// f(first, stride) for each line of an array along an axis, in parallel; `first` is the index of its first entry.
 template <int D, class F>
 void for_each_line(const Index<D>& counts, int axis, F&& f)
 {
@@ -66,7 +66,7 @@ void for_each_line(const Index<D>& counts, int axis, F&& f)
     for (int a = 0; a < axis; ++a) inner *= counts[a];
     for (int a = axis + 1; a < D; ++a) outer *= counts[a];
     const std::ptrdiff_t length = counts[axis];
-    // Neighbours in memory by one thread: lines of axis 0 apart, of others a run of `inner` beside each other.
+    // One thread handles the `inner` lines that are adjacent in memory; for axis 0 that is one line.
     parallel_for(
         outer,
         [&](std::ptrdiff_t o) {
@@ -75,7 +75,7 @@ void for_each_line(const Index<D>& counts, int axis, F&& f)
         outer > 1 && inner * outer * length > 4096);
 }
 
-/// to = A from along the axes one after another.
+/// to = (A_1 (x) ... (x) A_D) from, one axis after another; `between` has the intermediate results.
 template <int D>
 void along_axes(const std::array<const AxisMatrix*, D>& matrices, std::array<Array<Lanes>, 2>& between, const Lanes* from,
                 Lanes* to)

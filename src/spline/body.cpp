@@ -11,14 +11,14 @@ namespace ordo {
 
 namespace {
 
-/// f(number of the cell) for a cell and those around it.
+/// f(cell number) for a cell and its neighbours.
 template <int D, class F>
 void for_each_neighbour(const Model<D>& model, const Index<D>& cell, const F& f)
 {
     for_each_cell_of(model, IndexBox<D>::around(cell, 1), f);
 }
 
-/// The splines of the surface in a cell, asked for places in cells.
+/// The level sets of the surface in a cell, as functions of positions in cells.
 template <int D, int P>
 std::vector<LevelSet<D>> surface_in(std::size_t count, const SplineSpace<D>& space, const SplineCell<D, P>& cell,
                                     const Index<D>& at)
@@ -36,7 +36,7 @@ std::vector<LevelSet<D>> surface_in(std::size_t count, const SplineSpace<D>& spa
     return r;
 }
 
-/// Values and slopes per m of the functions of a space at a place in a cell, behind those that are there.
+/// Appends the values and slopes, per m, of the functions of a space at a position in a cell.
 template <int D>
 void add_rows(const Model<D>& model, const SplineSpace<D>& space, const Index<D>& cell, const Vec<D>& y,
               std::vector<double>* values, std::vector<double>* slopes)
@@ -70,7 +70,7 @@ std::vector<Cover> cover_by_particles(const Model<D>& model, const Particles<D>&
     const std::vector<Index<D>> cells = all_cells(model);
     std::vector<Cover> cover(cells.size(), Cover::none);
     for (std::size_t c = 0; c < cells.size(); ++c) {
-        unsigned parts  = 0;  // a bit for each that has a particle
+        unsigned parts  = 0;  // a bit for each sub-cell with a particle
         bool has_around = true;
         for_each_neighbour(model, cells[c], [&](int n) { has_around = has_around && first[n] < first[n + 1]; });
         for (int k = first[c]; k < first[c + 1]; ++k) {

@@ -1,5 +1,5 @@
-// The part of the grid that a body with free surfaces fills, for projection spline-fit: whole, cut and empty cells, points in cut
-// ones, and the splines that are unknowns there.
+// The part of the grid that a body with free surfaces fills, for projection spline-fit: full, cut and empty cells, quadrature
+// points in cut cells, and ghost penalties.
 #pragma once
 
 #include "base/array.hpp"
@@ -17,11 +17,11 @@ struct Model;
 template <int D>
 struct Particles;
 
-/// Points in cut cells. Rows have the functions of an axis after those of another.
+/// Quadrature points in cut cells. A row has the functions of one axis after another.
 struct CutPoints {
-    std::vector<std::ptrdiff_t> first;  ///< of each cell, and the end; those of whole and empty cells have none
+    std::vector<std::ptrdiff_t> first;  ///< point of each cell, then the end; full and empty cells have no points
     std::vector<double> weights;        ///< m^D
-    int v_width = 0, s_width = 0;       ///< of a row
+    int v_width = 0, s_width = 0;       ///< entries of a row
     std::vector<double> v_values, v_slopes, s_values;
 
     std::ptrdiff_t count() const { return static_cast<std::ptrdiff_t>(weights.size()); }
@@ -29,12 +29,12 @@ struct CutPoints {
 
 template <int D>
 struct SplineBody {
-    std::vector<Cover> cover;  ///< of all cells, the first axis fastest
+    std::vector<Cover> cover;  ///< of each cell, the first axis fastest
     CutPoints points;
-    GhostPenalty<D> v, s;  ///< of the spaces of velocity and stress
+    GhostPenalty<D> v, s;  ///< for the velocity space and the stress space
 };
 
-/// f(number of the cell) for the cells of a box that are in the grid; those beyond a period are those of the next one.
+/// f(cell number) for the cells of a box that are in the grid; cell indices are wrapped on periodic axes.
 template <int D, class F>
 void for_each_cell_of(const Model<D>& model, const IndexBox<D>& box, const F& f)
 {
@@ -47,14 +47,16 @@ void for_each_cell_of(const Model<D>& model, const IndexBox<D>& box, const F& f)
     });
 }
 
-/// What particles say alone: a cell is whole where each of its 2^D parts, or each cell around it, has a particle; others beside
-/// them are parts, for surfaces are no further. `first` and `order` list the particles of cells, see SplineScratch.
+/// A first guess from the particles alone. A cell is full if each of its 2^D sub-cells, or it and each of its neighbours, has a
+/// particle. Other cells with particles and their neighbours are marked as cut: the surface is at most one cell away. `first`
+/// and `order` list the particles of each cell, see SplineScratch.
 template <int D>
 std::vector<Cover> cover_by_particles(const Model<D>& model, const Particles<D>& p, const Array<int>& order,
                                       const std::vector<int>& first);
 
-/// Finds the cells and points inside the body, and the penalties of both spaces. Inside, all level sets are negative: splines of the
-/// space of velocities, with coefficients in the lanes of `surface`. `rough`: see cover_by_particles.
+/// Finds the cells and quadrature points inside the body, and the ghost penalties of both spaces. Inside, all level sets are
+/// negative; they are splines of the velocity space, with coefficients in the lanes of `surface`. `rough`: see
+/// cover_by_particles.
 template <int D>
 void find_body(const Model<D>& model, const SplineSpace<D>& v_space, const SplineSpace<D>& s_space, const Lanes* surface,
                const std::vector<Cover>& rough, int points, SplineBody<D>& body);

@@ -1,5 +1,4 @@
-// Splines in a cell: what particles and Gauss points of the cell read from its functions and add to them, for projection
-// `spline-fit`.
+// Splines in one cell: evaluation at its particles and Gauss points, and the transposed sums, for projection `spline-fit`.
 #pragma once
 
 #include "base/index.hpp"
@@ -40,7 +39,7 @@ struct SplineCell {
         for_each([&](int k, std::ptrdiff_t node) { to[node] += records[k]; });
     }
 
-    /// The sum of weights times records; `w` has those of an axis after those of another.
+    /// The sum of weights times records; `w` has the weights of one axis after another.
     ORDO_FLAT Lanes collect(const double* w) const
     {
         if constexpr (D == 1) return along_x(records, w);
@@ -97,7 +96,7 @@ struct SplineCell {
 
 inline constexpr int kMaxGauss = SplineAxis::max_degree + 1;
 
-/// The matrix of one axis at `along` of a block of records: to[o][g][i] = sum_j B[g][j] from[o][j][i], or with B transposed.
+/// Applies B to one axis of a block of records: to[o][g][i] = sum_j B[g][j] from[o][j][i], or the same with B transposed.
 template <bool Transposed>
 ORDO_FLAT inline void contract(const double* B, int points, int width, int inner, int outer, const Lanes* from, Lanes* to)
 {
@@ -112,7 +111,7 @@ ORDO_FLAT inline void contract(const double* B, int points, int width, int inner
             }
 }
 
-/// Functions of a cell at its Gauss points, axis by axis, and the transposed.
+/// Evaluates the functions of a cell at its Gauss points, axis by axis, and applies the transposed operator.
 template <int D, int P>
 struct CellQuadrature {
     static constexpr int width = P + 1, most = power_of(kMaxGauss, D);

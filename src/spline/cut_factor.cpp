@@ -8,7 +8,7 @@
 
 namespace ordo {
 
-/// S^-1 (L L^T) S^-1, L by columns, the diagonal first.
+/// The matrix is about S^-1 L L^T S^-1. L is stored by columns, the diagonal first.
 template <int D>
 struct CutFactor<D>::Factor {
     Eigen::SparseMatrix<double> lower;
@@ -31,7 +31,7 @@ CutFactor<D>::~CutFactor() = default;
 template <int D>
 void CutFactor<D>::add(const Index<D>& first, const Index<D>& size, const double* block)
 {
-    std::vector<std::pair<std::size_t, int>> functions;  // number, place in a neighbourhood but for a constant
+    std::vector<std::pair<std::size_t, int>> functions;  // number, position in a neighbourhood up to a constant
     IndexBox<D>{first, first + size}.for_each([&](const Index<D>& k) {
         Index<D> at{};
         int place = 0;

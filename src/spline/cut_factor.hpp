@@ -1,5 +1,6 @@
-// The preconditioner of splines on bodies with free surfaces: an incomplete Cholesky factor of the whole matrix, which is formed
-// for it. What products of axes are to a full grid, this is to a part of one: 10 to 40 iterations for the 150 to 500 of a diagonal.
+// The preconditioner for splines on bodies with free surfaces: an incomplete Cholesky factor of the full matrix, which is
+// assembled for it. It replaces the tensor-product preconditioner of full grids and needs 10 to 40 iterations, a diagonal 150
+// to 500.
 #pragma once
 
 #include "base/index.hpp"
@@ -12,7 +13,7 @@
 
 namespace ordo {
 
-/// A symmetric matrix over the functions of a space, in which those of neighbouring cells meet.
+/// A symmetric matrix over the functions of a space; only functions of the same or neighbouring cells are coupled.
 template <int D>
 class CutFactor {
   public:
@@ -20,12 +21,12 @@ class CutFactor {
     CutFactor(CutFactor&&) noexcept;
     ~CutFactor();
 
-    /// Adds a dense block of the functions `first` to `first + size`, the first axis fastest; those beyond a period are wrapped.
-    /// Blocks that share no function may be added at the same time.
+    /// Adds a dense block for the functions from `first` up to `first + size`, the first axis fastest; indices wrap on periodic
+    /// axes. Blocks that share no function may be added at the same time.
     void add(const Index<D>& first, const Index<D>& size, const double* block);
-    /// Adds a penalty and factors, before `solve`. Functions without entries get a row of the identity.
+    /// Adds the penalty and factors the matrix; call it before `solve`. Functions without entries get a row of the identity.
     void finish(const GhostPenalty<D>& ghost, double weight);
-    /// z = (L L^T)^-1 r, lane by lane.
+    /// z = S (L L^T)^-1 S r, lane by lane, with the scale S of the factor.
     void solve(const Lanes* r, Lanes* z) const;
 
   private:
@@ -34,17 +35,17 @@ class CutFactor {
     void factor();
 
     SplineSpace<D> space_;
-    int width_;        ///< of the neighbourhood of a function along an axis
-    int stencil_ = 1;  ///< functions of the neighbourhood
+    int width_;        ///< of a function's neighbourhood, functions along an axis
+    int stencil_ = 1;  ///< functions in the neighbourhood
     std::vector<double> entries_;
     std::unique_ptr<Factor> factor_;
 };
 
-/// What the points of a cell add to a matrix: sum of weights times N_i N_j.
+/// The sum of weights times N_i N_j over points of a cell: its part of the matrix.
 template <int D, int P>
 class CellBlock {
   public:
-    /// `rows` has the values of an axis' functions.
+    /// Adds a point; rows[a] has the values there of the functions of axis a.
     void add(const Vec<D, const double*>& rows, double weight)
     {
         double values[count];

@@ -1,5 +1,5 @@
-// Gauss points in the part of a box that lies inside a body: along lines across its surface, which are split where they meet it
-// (Saye 2015, SIAM J. Sci. Comput. 37, A993). The surface is where smooth functions vanish.
+// Gauss points in the part of a box that lies inside a body, on lines across its surface that are split where they meet it
+// (Saye 2015, SIAM J. Sci. Comput. 37, A993). The surface is the zero set of smooth functions.
 #pragma once
 
 #include "base/field.hpp"
@@ -18,11 +18,11 @@ enum class Cover : unsigned char { none, part, all };
 
 namespace cut {
 
-/// A box is halved at most so often where the surface is no graph over one of its faces, or where two parts of it meet. The smallest
-/// boxes count by their middle.
+/// How often a box is halved at most if the surface is not a graph over one of its faces, or if two parts of the surface meet
+/// in it. The smallest boxes get one point at their centre.
 constexpr int kHalvings = 6;
 
-/// x with `value` along axis k, and the other axes of x.
+/// The point with coordinate `value` on axis k and the coordinates x on the other axes.
 template <int D>
 Vec<D> with_axis(const Vec<D - 1>& x, int k, double value)
 {
@@ -38,7 +38,7 @@ Vec<D - 1> without_axis(const Vec<D>& x, int k)
     return r;
 }
 
-/// A place between a and b where f changes its sign: the rule of Illinois (Dowell & Jarratt 1971).
+/// A root of f between a and b, by the Illinois method (Dowell & Jarratt 1971).
 template <class F>
 double root_between(const F& f, double a, double b, double f_a, double f_b)
 {
@@ -61,11 +61,11 @@ double root_between(const F& f, double a, double b, double f_a, double f_b)
     return x;
 }
 
-/// What is known of a function in a box, from samples.
+/// Bounds on a function in a box, estimated from samples.
 template <int D>
 struct Signs {
-    bool vanishes    = true;  ///< it may vanish there
-    Vec<D> steepness = {};    ///< along each axis the least slope over the steepest; 0 where the slope changes its sign
+    bool vanishes    = true;  ///< it may have a zero there
+    Vec<D> steepness = {};    ///< on each axis the least slope over the largest gradient; 0 if the slope changes sign
 
     Signs(const LevelSet<D>& f, const Vec<D>& lower, const Vec<D>& upper)
     {
@@ -99,10 +99,10 @@ struct Signs {
     }
 };
 
-/// The ends of an interval and the places in it where functions vanish, in order.
+/// The ends of an interval and the roots of the functions in it, sorted.
 inline std::vector<double> edges_of_parts(const std::vector<LevelSet<1>>& functions, double lower, double upper)
 {
-    constexpr int parts       = 4;  // in which roots are looked for
+    constexpr int parts       = 4;  // subintervals searched for roots
     std::vector<double> edges = {lower, upper};
     for (const LevelSet<1>& f : functions) {
         auto g    = [&](double x) { return f(Vec<1>{x}); };
@@ -118,7 +118,7 @@ inline std::vector<double> edges_of_parts(const std::vector<LevelSet<1>>& functi
     return edges;
 }
 
-/// The functions that may vanish in a box, and over all of these the least `steepness` along each axis.
+/// The functions that may vanish in a box, and the least of their values of `steepness` on each axis.
 template <int D>
 struct Surfaces {
     std::vector<LevelSet<D>> functions;
@@ -140,7 +140,7 @@ struct Surfaces {
             if (steepness[a] > steepness[axis]) axis = a;
         return axis;
     }
-    /// Whether the surface is a graph over the faces across this axis.
+    /// Whether the surface is a graph over the faces normal to this axis.
     bool is_graph(int axis) const { return !(steepness[axis] < 0.2 || functions.size() > 1); }
 };
 
@@ -180,8 +180,8 @@ template <int D, class Use>
 void for_each_point_of_parts(const std::vector<LevelSet<D>>& functions, const Vec<D>& lower, const Vec<D>& upper, int points,
                              int halvings, const Use& use);
 
-/// The same along lines of an axis across the surface. Over their feet the parts change where the surface meets the faces at their
-/// ends.
+/// use(x, weight) at Gauss points on lines parallel to an axis that cross the surface. The rule for the feet of the lines is
+/// split where the surface meets the two faces at the ends of the lines.
 template <int D, class Use>
 void for_each_point_of_lines(const std::vector<LevelSet<D>>& functions, int axis, const Vec<D>& lower, const Vec<D>& upper,
                              int points, int halvings, const Use& use)
@@ -202,7 +202,7 @@ void for_each_point_of_lines(const std::vector<LevelSet<D>>& functions, int axis
                                    });
 }
 
-/// use(x, weight) at Gauss points of the parts into which functions, where they vanish, cut a box.
+/// use(x, weight) at Gauss points of the parts into which the zero sets of the functions cut a box.
 template <int D, class Use>
 void for_each_point_of_parts(const std::vector<LevelSet<D>>& functions, const Vec<D>& lower, const Vec<D>& upper, int points,
                              int halvings, const Use& use)
@@ -234,7 +234,7 @@ void for_each_point_of_parts(const std::vector<LevelSet<D>>& functions, const Ve
 
 }  // namespace cut
 
-/// How much of a box is inside, from samples; `part` also where they cannot decide.
+/// How much of a box is inside, estimated from samples; `part` also if they cannot decide.
 template <int D>
 Cover cover_of(const std::vector<LevelSet<D>>& functions, const Vec<D>& lower, const Vec<D>& upper)
 {
@@ -248,8 +248,8 @@ Cover cover_of(const std::vector<LevelSet<D>>& functions, const Vec<D>& lower, c
     return r;
 }
 
-/// use(x, weight) at Gauss points of the part of a box in which all functions are negative, `points` to an interval of a line.
-/// Weights are positive. Exact for polynomials of degree 2 points - 1 where no function vanishes in the box.
+/// use(x, weight) at Gauss points of the part of a box in which all functions are negative, with `points` points per interval
+/// of a line. Weights are positive. Exact for polynomials of degree 2 points - 1 if no function vanishes in the box.
 template <int D, class Use>
 void for_each_point_inside(const std::vector<LevelSet<D>>& functions, const Vec<D>& lower, const Vec<D>& upper, int points,
                            const Use& use)

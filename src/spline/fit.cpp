@@ -13,7 +13,7 @@ namespace ordo {
 
 namespace {
 
-/// The penalty of fits, in parts of the mean of their weights; from trials (docs/high_order.md).
+/// The ghost penalty of fits as a fraction of their mean weight; found by trial (docs/high_order.md).
 constexpr double kGhostOfFits = 1e-5;
 
 Lanes square_root(const Lanes& a)
@@ -32,7 +32,7 @@ Lanes stress_lanes(const Stress<D>& sigma)
     return r;
 }
 
-/// to += sum over particles of weights times value(i), in a cell.
+/// to += sum over the particles i of a cell of N(x_i) value(i).
 template <int D, int P, class Value>
 ORDO_FLAT inline void spread_cell(const SplineSpace<D>& space, const SplineScratch<D>& work, const SampleRows& rows,
                                   const Index<D>& at, int number, const Value& value, Lanes* to)
@@ -45,7 +45,7 @@ ORDO_FLAT inline void spread_cell(const SplineSpace<D>& space, const SplineScrat
     cell.add_to(to);
 }
 
-/// to += W^T diag(weight) W from, W being the weights of the particles in a cell.
+/// to += W^T diag(weight) W from, where W has the values of the functions at the particles of a cell.
 template <int D, int P, class Weight>
 ORDO_FLAT inline void multiply_cell(const SplineSpace<D>& space, const SplineScratch<D>& work, const SampleRows& rows,
                                     const Index<D>& at, int number, const Weight& weight, const Lanes* from, Lanes* to)
@@ -63,7 +63,7 @@ ORDO_FLAT inline void multiply_cell(const SplineSpace<D>& space, const SplineScr
 
 }  // namespace
 
-/// Components that walls hold are no unknowns.
+/// Zeroes the components that walls hold: they are not unknowns.
 template <int D>
 void SplineScheme<D>::hold(const System& system, Lanes* records) const
 {
@@ -71,8 +71,9 @@ void SplineScheme<D>::hold(const System& system, Lanes* records) const
         for (const Held& h : held_) records[h.function] *= h.*system.free;
 }
 
-/// z = P^-1 r. The matrix is nearly S^1/2 M S^1/2, M that of unit density, which is a product of axes, and S what rows sum to
-/// over what they sum to there.
+/// z = P^-1 r. With free surfaces P is the incomplete factor; without them in 1D it is the matrix itself, otherwise S^1/2 M
+/// S^1/2, which is close to it. M is the matrix for unit density, a tensor product over the axes; S is diagonal, the row sums
+/// divided by those of M.
 template <int D>
 void SplineScheme<D>::precondition(const System& system) const
 {
@@ -92,7 +93,7 @@ void SplineScheme<D>::precondition(const System& system) const
     if (!system.is_exact) parallel_for_each(n, [&](std::ptrdiff_t i) { work.z[i] *= work.scale[i]; });
 }
 
-/// A x = b of splines for conjugate_gradients; `work.sums` has the sums of rows.
+/// The system A x = b for conjugate_gradients; `work.sums` has the row sums.
 template <int D>
 struct SplineScheme<D>::Conjugate {
     static constexpr double tolerance = 1e-13;
@@ -104,7 +105,7 @@ struct SplineScheme<D>::Conjugate {
     SplineScratch<D>& work;
     std::size_t functions;
     std::ptrdiff_t n;
-    Lanes whole;  ///< the size of b
+    Lanes whole;  ///< the size of b, or of the first residual if that is larger
 
     Lanes dot(const Lanes* one, const Lanes* other) const
     {
@@ -131,7 +132,7 @@ struct SplineScheme<D>::Conjugate {
         scheme.hold(system, x);
         product(x);
         parallel_for_each(n, [&](std::ptrdiff_t i) { work.r[i] = b[i] - work.q[i]; });
-        whole = larger(size(b), size(work.r.data()));  // where b is zero, x need not be
+        whole = larger(size(b), size(work.r.data()));  // b may be zero although x is not
         clear(work.p, functions);
     }
 
@@ -163,7 +164,7 @@ struct SplineScheme<D>::Conjugate {
             work.r[i] -= work.q[i] * alpha;
         });
     }
-    /// The function whose residual is the largest.
+    /// The function with the largest residual.
     std::size_t worst() const
     {
         auto part         = [&](std::size_t i) { return largest(quotient(fabs(work.r[i]), work.sums[i])); };
@@ -174,7 +175,7 @@ struct SplineScheme<D>::Conjugate {
     }
 };
 
-/// A x = b by conjugate gradients from the x that is given, lane by lane; b is lost. `work.sums` has the sums of rows.
+/// Solves A x = b by conjugate gradients, lane by lane, starting from the given x; overwrites b. `work.sums` has the row sums.
 template <int D>
 void SplineScheme<D>::solve(State<D>& s, const System& system, Lanes* x, Lanes* b) const
 {
@@ -183,7 +184,7 @@ void SplineScheme<D>::solve(State<D>& s, const System& system, Lanes* x, Lanes* 
     const std::size_t functions = system.space.count();
     const auto n                = static_cast<std::ptrdiff_t>(functions);
     for (Array<Lanes>* array : {&work.r, &work.z, &work.p, &work.q, &work.scale}) keep_room(*array, functions);
-    if (system.ghost)  // where no particle is, residuals count by the penalty
+    if (system.ghost)  // without particles the penalty scales the residual
         parallel_for_each(n, [&](std::ptrdiff_t i) { work.sums[i] = larger(work.sums[i], system.ghost_weight); });
     else if (!system.is_exact)
         parallel_for_each(n, [&](std::ptrdiff_t i) {
@@ -196,20 +197,20 @@ void SplineScheme<D>::solve(State<D>& s, const System& system, Lanes* x, Lanes* 
     const int iterations = conjugate_gradients(vectors, most);
     work.iterations[system.solve] += iterations;
     if (iterations < most || vectors.is_done()) return;
-    throw NumericalError(fmt::format("step {}, t = {:.6g} s: {} near {} does not converge in {} iterations: particles "
+    throw NumericalError(fmt::format("step {}, t = {:.6g} s: {} near {} does not converge in {} iterations: the particles "
                                      "hardly determine the splines there; more particles a cell may help",
                                      s.n, s.t, system.what, place_text(place_of(model(), system.space.center(vectors.worst()))),
                                      most));
 }
 
-/// Throws where a function cannot be fitted: it has too few particles in its support, or depends linearly on others.
+/// Throws if a function cannot be fitted: it has too few particles in its support, or depends linearly on others.
 template <int D>
 void SplineScheme<D>::require_enough(State<D>& s, const System& system, const Lanes& unit, int singular) const
 {
     SplineScratch<D>& work = *scratch_;
     constexpr double least = 0.02;
     auto refuse            = [&](std::size_t function) {
-        throw NumericalError(fmt::format("step {}, t = {:.6g} s: {} near {} has too few particles: splines of degree {} want two "
+        throw NumericalError(fmt::format("step {}, t = {:.6g} s: {} near {} has too few particles: splines of degree {} need two "
                                                                "or more a cell along each axis, everywhere in a grid that the body fills",
                                                     s.n, s.t, system.what, place_text(place_of(model(), system.space.center(function))),
                                                     system.space.axis[0].degree));
@@ -235,7 +236,7 @@ void SplineScheme<D>::set_values(const State<D>& s, const Value& value) const
     parallel_for_each(s.particles.count, [&](std::ptrdiff_t i) { scratch_->values[i] = value(i); });
 }
 
-/// Fits x to work.values, lane by lane by weight.
+/// Fits x to work.values, each lane with its weight.
 template <int D>
 void SplineScheme<D>::fit(State<D>& s, const FitTask& task, Array<Lanes>& x) const
 {
@@ -298,7 +299,7 @@ void SplineScheme<D>::fit(State<D>& s, const FitTask& task, Array<Lanes>& x) con
     });
 }
 
-/// Where the body is: splines that are fitted to what the functions of its surface are at the particles' initial positions.
+/// Finds the body: fits splines to the values of its level sets at the initial positions of the particles.
 template <int D>
 void SplineScheme<D>::find_body(State<D>& s) const
 {

@@ -1,7 +1,7 @@
-// The ghost penalty of splines on a part of the grid: jumps of the highest derivative at the faces of cut cells. It couples
-// functions of which the body sees next to nothing to their neighbours, so that no cut, however small, makes a system singular
-// (Burman 2010, Comptes Rendus Mathematique 348, 1217; for splines Sticko, Ludvigsson & Kreiss 2020, BIT 60, 1067). It is nothing
-// for polynomials of the degree, so that fits and masses keep their order, and momentum.
+// The ghost penalty for splines on part of the grid: jumps of the highest derivative at the faces of cut cells. It couples
+// functions with almost no part of the body in their support to their neighbours, so that no cut, however small, makes a system
+// singular (Burman 2010, Comptes Rendus Mathematique 348, 1217; for splines Sticko, Ludvigsson & Kreiss 2020, BIT 60, 1067). It
+// is zero for polynomials of the splines' degree, so it does not change the order of fits and mass matrices, nor momentum.
 #pragma once
 
 #include "base/gauss_rule.hpp"
@@ -13,11 +13,11 @@
 
 namespace ordo {
 
-/// The derivative of order P in span k of the functions from k on, per cell^P.
+/// The derivative of order P in `span` of the functions from number `span` on, per cell^P.
 template <int P>
 void highest_derivative(const SplineAxis& axis, int span, double (&of)[P + 1])
 {
-    double d[P + 1][P + 1] = {};  // what coefficient j of each derivative is made of
+    double d[P + 1][P + 1] = {};  // row j: coefficient j of the current derivative, in terms of the splines' coefficients
     for (int j = 0; j <= P; ++j) d[j][j] = 1.0;
     for (int r = 1; r <= P; ++r)
         for (int j = P; j >= r; --j) {
@@ -28,12 +28,13 @@ void highest_derivative(const SplineAxis& axis, int span, double (&of)[P + 1])
     for (int k = 0; k <= P; ++k) of[k] = d[P][k];
 }
 
-/// g(u, v) = sum over faces of the integral of [d^P u/dn^P] [d^P v/dn^P], in volumes of a cell and cells.
+/// g(u, v) = sum over faces of the integral of [d^P u/dn^P] [d^P v/dn^P], lengths in cells. Its matrix is G.
 template <int D>
 class GhostPenalty {
   public:
     GhostPenalty() = default;
-    /// `cover` of all cells, the first axis fastest. Faces are those of cut cells towards others that the body sees.
+    /// `cover` is that of all cells, the first axis fastest. The faces are those between a cut cell and another cell that is
+    /// not empty.
     GhostPenalty(const SplineSpace<D>& space, const Index<D>& cells, const std::vector<Cover>& cover) : space_(space)
     {
         IndexBox<D>{{}, cells}.for_each([&](const Index<D>& cell) {
@@ -74,7 +75,7 @@ class GhostPenalty {
         });
     }
 
-    /// use(first, size, block) for each face: the part of G of the functions from `first` on, the first axis fastest.
+    /// use(first, size, block) for each face: its part of G, for the functions from `first` on, the first axis fastest.
     template <class Use>
     void for_each_block(const Use& use) const
     {
@@ -99,10 +100,10 @@ class GhostPenalty {
 
   private:
     struct Face {
-        Index<D> cell;  ///< before it
-        int normal;     ///< the axis across it, see axis()
+        Index<D> cell;  ///< on the lower side of the face
+        int normal;     ///< the axis normal to it, see axis()
 
-        /// In 1D the compiler must know that this is axis 0: else it also unrolls the other case and warns of it.
+        /// In 1D the compiler must know that this is axis 0: otherwise it also unrolls the other case and warns about it.
         int axis() const { return D == 1 ? 0 : normal; }
     };
 
@@ -138,7 +139,7 @@ class GhostPenalty {
         }
     }
 
-    /// f(function, number along the face, part of the jump) for the functions with a jump at a face.
+    /// f(function, its number within the face, jump of its derivative) for the functions with a jump at a face.
     template <int P, class F>
     void visit(const Face& face, const F& f) const
     {
@@ -155,7 +156,7 @@ class GhostPenalty {
         });
     }
 
-    /// A matrix of P + 1 rows on one axis of a block of values.
+    /// Applies a Gram matrix of P + 1 rows to one axis of a block of values.
     template <int P, int stride, class T, std::size_t N>
     static void multiply_gram(const double* gram, T (&values)[N])
     {

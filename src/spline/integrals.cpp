@@ -11,13 +11,13 @@ namespace ordo {
 
 namespace {
 
-/// The penalty of what is integrated, in parts of the mean of its weights, and the largest rate at which jumps of the velocity decay
-/// by it, c/h; from trials (docs/high_order.md).
+/// The ghost penalty of integrated matrices as a fraction of their mean weight, and the largest rate, c/h, at which damping by
+/// it reduces jumps of the velocity; found by trial (docs/high_order.md).
 constexpr double kGhostOfMasses = 1e-3, kGhostRate = 5;
 
 }  // namespace
 
-/// Rows of a cell's functions at its Gauss points.
+/// Values of a cell's functions at its Gauss points, with slopes along `slope_axis` unless that is -1.
 template <int D>
 Vec<D, const double*> SplineScheme<D>::tables(const SplineSpace<D>& space, int slope_axis, const Index<D>& cell) const
 {
@@ -29,7 +29,7 @@ Vec<D, const double*> SplineScheme<D>::tables(const SplineSpace<D>& space, int s
     return r;
 }
 
-/// rho_h at Gauss points, times their weights.
+/// rho_h at the quadrature points, times their weights.
 template <int D>
 void SplineScheme<D>::find_density(State<D>& s) const
 {
@@ -71,7 +71,7 @@ void SplineScheme<D>::find_density(State<D>& s) const
                     s.n, s.t, place_text(place_of(model(), y))));
 }
 
-/// to += M from, M_ij = sum_g w_g rho_h N_i N_j over Gauss points.
+/// to += M from, M_ij = sum_g w_g rho_h N_i N_j over the quadrature points g.
 template <int D>
 void SplineScheme<D>::multiply_mass(const Lanes* from, Lanes* to) const
 {
@@ -101,7 +101,7 @@ void SplineScheme<D>::multiply_mass(const Lanes* from, Lanes* to) const
     });
 }
 
-/// Row of a cut point for a space, with slopes along one axis where it is not -1.
+/// The row of a cut point for a space, with slopes along `slope_axis` unless that is -1.
 template <int D>
 template <int P>
 std::array<double, D*(P + 1)> SplineScheme<D>::cut_row(const CutPoints& points, std::ptrdiff_t k, const SplineSpace<D>& space,
@@ -155,7 +155,7 @@ void SplineScheme<D>::evaluate_at_points(const SplineSpace<D>& space, int slope_
     });
 }
 
-/// Of the matrix with work.at_points for weights, and a penalty.
+/// The factor of the matrix with the weights in work.at_points, plus the penalty.
 template <int D>
 CutFactor<D> SplineScheme<D>::factor_at_points(const SplineSpace<D>& space, const GhostPenalty<D>& ghost,
                                                double ghost_weight) const
@@ -211,7 +211,7 @@ void SplineScheme<D>::integrate_at_points(const SplineSpace<D>& space, int slope
     });
 }
 
-/// to += the integrals of the functions over the body; work.at_points keep the weights.
+/// to += the integrals of the functions over the body; leaves the quadrature weights in work.at_points.
 template <int D>
 void SplineScheme<D>::integrate_functions(const SplineSpace<D>& space, Lanes* to) const
 {
@@ -268,7 +268,7 @@ void SplineScheme<D>::project_gradient_of_body(State<D>& s) const
     }
 }
 
-/// The same where bodies fill the grid: axis by axis.
+/// b -= int s_h grad N_i for bodies that fill the grid, axis by axis.
 template <int D>
 void SplineScheme<D>::subtract_force_of_full_grid() const
 {
@@ -291,8 +291,8 @@ void SplineScheme<D>::subtract_force_of_full_grid() const
     }
 }
 
-/// b -= kGhostRate c/h G v, G the penalty of M: jumps of the velocity across faces of cut cells decay. Without that, displacements of
-/// the highest wave numbers grow at surfaces with stress along them (docs/high_order.md).
+/// b -= kGhostRate c/h G v, where G is the penalty in M: jumps of the velocity across faces of cut cells decay. Without this,
+/// displacements of the highest wave numbers grow at surfaces with stress along them (docs/high_order.md).
 template <int D>
 void SplineScheme<D>::damp_surface(const Lanes& ghost_weight) const
 {
@@ -306,7 +306,7 @@ void SplineScheme<D>::damp_surface(const Lanes& ghost_weight) const
     work.body.v.multiply(ghost_weight * -rate, work.q.data(), work.b.data());
 }
 
-/// M a = M b - int s_h grad N_i.
+/// Solves M a = M b - int s_h grad N_i.
 template <int D>
 void SplineScheme<D>::solve_acceleration(State<D>& s) const
 {
@@ -320,7 +320,7 @@ void SplineScheme<D>::solve_acceleration(State<D>& s) const
         work.part[i][SplineLane::density] = 1.0;
     });
     clear(work.sums, functions);
-    multiply_mass(work.part.data(), work.sums.data());  // M b, and the sums of rows
+    multiply_mass(work.part.data(), work.sums.data());  // M b, and the row sums
     Lanes ghost_weight(0.0);
     if (is_cut_) {
         ghost_weight = mean_weight({s.particles.view(), Lanes(0.0)}) * (kGhostOfMasses * cell_volume_);
@@ -368,7 +368,7 @@ void SplineScheme<D>::solve_acceleration(State<D>& s) const
     solve(s, system, work.a.data(), work.b.data());
 }
 
-/// L_h, column by column, int N^S (L_h - grad v_h) = 0.
+/// L_h, column by column: int N^S (L_h - grad v_h) = 0.
 template <int D>
 void SplineScheme<D>::project_gradient(State<D>& s) const
 {

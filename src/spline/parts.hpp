@@ -1,4 +1,4 @@
-// What the sources of SplineScheme share; of no use to others.
+// Shared by the sources of SplineScheme only.
 #pragma once
 
 #include "base/parallel.hpp"
@@ -14,14 +14,14 @@ namespace ordo {
 
 inline void add(Lanes& total, const Lanes& one) { total += one; }
 
-/// n records of zero.
+/// Makes n records of zero.
 inline void clear(Array<Lanes>& array, std::size_t n)
 {
     keep_room(array, n);
     parallel_for_each(static_cast<std::ptrdiff_t>(n), [&](std::ptrdiff_t i) { array[i] = Lanes(0.0); });
 }
 
-/// A place in cells, in m.
+/// The position, m, of a point given in cells.
 template <int D>
 Vec<D> place_of(const Model<D>& model, Vec<D> y)
 {
@@ -35,12 +35,12 @@ struct SplineScheme<D>::System {
     const char* what;  ///< for messages
     const SplineSpace<D>& space;
     const Factors& factors;
-    bool is_exact;                                               ///< the factors are those of the matrix itself: one axis
-    const Lanes Held::*free;                                     ///< null without walls
-    const GhostPenalty<D>* ghost;                                ///< of bodies with free surfaces, else null
-    Lanes ghost_weight;                                          ///< of the penalty
-    const CutFactor<D>* factor;                                  ///< of bodies with free surfaces
-    std::function<void(const Lanes* from, Lanes* to)> multiply;  ///< added to `to`, without regard to walls
+    bool is_exact;                 ///< the factors are those of the matrix itself: 1D without free surfaces
+    const Lanes Held::*free;       ///< masks of the walls; null without walls
+    const GhostPenalty<D>* ghost;  ///< for bodies with free surfaces, else null
+    Lanes ghost_weight;            ///< factor of the penalty
+    const CutFactor<D>* factor;    ///< the preconditioner, for bodies with free surfaces, else null
+    std::function<void(const Lanes* from, Lanes* to)> multiply;  ///< to += A from, ignoring walls and penalty
 };
 
 template <int D>
@@ -50,7 +50,8 @@ Cover SplineScheme<D>::cover_of(int cell) const
     return is_cut_ ? work.body.cover[cell] : Cover::all;
 }
 
-/// f(cell, its number) for all of them; those that share a function one after another, in one order for any number of threads.
+/// f(cell, number) for all cells. Cells that share a function are visited one after another, in an order that does not depend
+/// on the number of threads.
 template <int D>
 template <class F>
 void SplineScheme<D>::for_each_cell(F&& f) const
@@ -64,7 +65,7 @@ void SplineScheme<D>::for_each_cell(F&& f) const
             visits > 10000);
 }
 
-/// f(cell, its number, what of it the body covers) for those of which it covers some.
+/// f(cell, number, cover) for the cells that are not empty.
 template <int D>
 template <class F>
 void SplineScheme<D>::for_each_covered_cell(F&& f) const
@@ -75,7 +76,7 @@ void SplineScheme<D>::for_each_covered_cell(F&& f) const
     });
 }
 
-/// The sum of weights over the sum of volumes.
+/// The sum of the weights divided by the sum of the volumes.
 template <int D>
 Lanes SplineScheme<D>::mean_weight(const Weight& weight)
 {

@@ -13,21 +13,21 @@ namespace ordo {
 
 namespace {
 
-/// A scheme of Runge and Kutta in which each stage starts from the slope of the one before.
+/// A Runge-Kutta scheme in which each stage uses only the slope of the stage before it.
 struct RungeKutta {
     int stages;
-    std::array<double, 4> at;      ///< times of the stages, in steps, and how far the slope before them goes
-    std::array<double, 4> weight;  ///< of their slopes in the step
+    std::array<double, 4> at;      ///< time of each stage, in steps: how far the slope of the stage before is followed
+    std::array<double, 4> weight;  ///< of the slope of each stage
 };
 
-/// Heun's scheme of third order and the classical one of fourth (Hairer, Norsett & Wanner 1993, sec. II.1).
+/// Heun's third-order scheme and the classical fourth-order scheme (Hairer, Norsett & Wanner 1993, sec. II.1).
 RungeKutta runge_kutta(TimeScheme scheme)
 {
     if (scheme == TimeScheme::rk3) return {3, {0, 1.0 / 3, 2.0 / 3}, {0.25, 0, 0.75}};
     return {4, {0, 0.5, 0.5, 1}, {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6}};
 }
 
-/// Values of an axis' functions at Gauss points, or their slopes where cells have a length.
+/// Values of the functions of an axis at the Gauss points, or with h > 0 their slopes for cells of length h.
 GaussRows gauss_rows(const SplineAxis& axis, int points, double h = 0.0)
 {
     GaussRows rows{.points = points, .width = axis.degree + 1, .at = {}};
@@ -37,10 +37,10 @@ GaussRows gauss_rows(const SplineAxis& axis, int points, double h = 0.0)
     return rows;
 }
 
-/// Cells beyond a face of the grid at which a particle has left it.
+/// A particle further than this outside a face, in cells, has left the grid.
 constexpr double kOutside = 1e-6;
 
-/// The splines of a degree along an axis of the grid.
+/// The splines of given degree along an axis of the grid.
 template <int D>
 SplineAxis axis_of(const Model<D>& model, int a, int degree, double removed)
 {
@@ -52,7 +52,7 @@ SplineAxis axis_of(const Model<D>& model, int a, int degree, double removed)
     return axis;
 }
 
-/// use(i, sum of weights times `from`) for the particles of a cell.
+/// use(i, the spline with coefficients `from` at particle i) for the particles i of a cell.
 template <int D, int P, class Use>
 ORDO_FLAT inline void collect_cell(const SplineSpace<D>& space, const SplineScratch<D>& work, const SampleRows& rows,
                                    const Index<D>& at, int number, const Lanes* from, const Use& use)
@@ -90,7 +90,8 @@ void require_spline_model(const Model<D>& model)
             throw InputError(only + "takes bodies of one material: splines do not follow a jump of density or stress; use cpdi2");
     if (!model.tractions.empty()) throw InputError(only + "takes no [[traction]]: use cpdi2");
     if (!model.surface.empty() && model.method.basis == Basis::hat)
-        throw InputError(only + "takes bodies with free surfaces with basis bspline2 to bspline5: with hats waves grow there");
+        throw InputError(only +
+                         "takes bodies with free surfaces only with basis bspline2 to bspline5: with hats waves grow there");
     std::array<std::array<bool, 2>, D> is_walled{};
     for (const Condition<D>& b : model.conditions) {
         if (b.type == ConditionType::velocity)
@@ -103,7 +104,7 @@ void require_spline_model(const Model<D>& model)
         for (const int side : {0, 1})
             if (!model.periodic[a] && !is_walled[a][side] && model.surface.empty())
                 throw InputError(
-                    fmt::format("{}wants a wall on every face of the grid, for the body fills it: put a [[boundary]] "
+                    fmt::format("{}needs a wall on every face of the grid, because the body fills it: put a [[boundary]] "
                                 "of type \"symmetry\" or \"fixed\" on {}-{}",
                                 only, "xyz"[a], side ? "max" : "min"));
 }
@@ -136,7 +137,7 @@ SplineScheme<D>::SplineScheme(Model<D> of) : Scheme<D>(std::move(of)), cells_(mo
     set_colours();
 }
 
-/// Rows of Gauss points, projections and values at vertices along an axis.
+/// Sets the tables of an axis: functions at Gauss points and vertices, and the integrals for projections.
 template <int D>
 void SplineScheme<D>::set_axis(int a)
 {
@@ -171,11 +172,11 @@ void SplineScheme<D>::set_axis(int a)
     s_factors_[a] = unit_mass(s, kFreeEnds);
 }
 
-/// Blocks of cells in colours: those of one colour share no function.
+/// Divides the cells into blocks and colours; blocks of one colour share no function.
 template <int D>
 void SplineScheme<D>::set_colours()
 {
-    // Cells a degree and a removed knot apart share no function.
+    // Cells share no function if they are more than the degree plus the removed knots apart.
     const SplineAxis &v = v_space_.axis[0], &s = s_space_.axis[0];
     const int apart = std::max(v.degree + v.removed, s.degree + s.removed) + 1;
     std::array<std::vector<int>, D> bounds;
@@ -197,7 +198,7 @@ void SplineScheme<D>::set_colours()
     });
 }
 
-/// The functions that walls hold, and what else follows from them.
+/// Finds the functions that walls hold, and the factors of mass matrices that depend on them.
 template <int D>
 void SplineScheme<D>::hold_walls()
 {
@@ -214,7 +215,7 @@ void SplineScheme<D>::hold_walls()
         v_factors_[a] = unit_mass(v_space_.axis[a], velocity_free_[a]);
         a_factors_[a] = unit_mass(v_space_.axis[a], acceleration_free_[a]);
         if (model().periodic[a]) continue;
-        // A function on an edge is that of both walls: masks do no more when they come again.
+        // A function on an edge is listed for both walls; to mask a lane twice does no harm.
         for (const int side : {0, 1}) {
             IndexBox<D> face{{}, counts};
             face.lo[a] = side ? counts[a] - 1 : 0;
@@ -226,7 +227,7 @@ void SplineScheme<D>::hold_walls()
     }
 }
 
-/// Lists of the particles of each cell, and their weights.
+/// Lists the particles of each cell, and evaluates the functions at the particles.
 template <int D>
 void SplineScheme<D>::sort(State<D>& s) const
 {
@@ -326,7 +327,7 @@ void SplineScheme<D>::find_slopes(State<D>& s) const
     });
 }
 
-/// The particles at the start of a step.
+/// Stores the particles at the start of a step.
 template <int D>
 void SplineScheme<D>::remember(State<D>& s) const
 {
@@ -361,8 +362,9 @@ void SplineScheme<D>::restore(State<D>& s) const
     });
 }
 
-/// Adds the slope of a stage to the particles' sums, and takes them to the next stage or, after the last, to the end of the step.
-/// `part` is the weight of the slope in the step, `further` how far the next stage is, s. Returns faults and the largest way.
+/// Adds the slope of a stage to the sums of each particle, and moves the particles to the next stage or, after the last, to the
+/// end of the step. `part` is the weight of the slope times dt, `further` the time from the start of the step to the next
+/// stage, both in s. Returns faults and the largest displacement.
 template <int D>
 TileReport SplineScheme<D>::add_slope(State<D>& s, double part, double further, bool is_last) const
 {
@@ -445,7 +447,7 @@ void SplineScheme<D>::take_step(State<D>& s, double dt) const
     s.t_v = s.t_F = s.t;
 }
 
-/// Whether a cell beside a vertex has a part of the body.
+/// Whether a cell at a vertex is not empty.
 template <int D>
 bool SplineScheme<D>::is_seen(const Index<D>& vertex) const
 {
@@ -483,7 +485,7 @@ void SplineScheme<D>::show(State<D>& s) const
     });
 }
 
-/// Mass and momentum of particles and of the grid.
+/// Reports mass and momentum of the particles and of the grid.
 template <int D>
 void SplineScheme<D>::report(State<D>& s) const
 {

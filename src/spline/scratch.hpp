@@ -1,4 +1,4 @@
-// What SplineScheme works with.
+// The scratch memory of SplineScheme.
 #pragma once
 
 #include "base/array.hpp"
@@ -12,14 +12,14 @@
 
 namespace ordo {
 
-/// Lanes of a record of the velocity's splines: velocity m/s, density kg/m^D, body force or acceleration m/s^2.
+/// Lanes of a coefficient record of the velocity space: velocity, m/s; density, kg/m^D; body force or acceleration, m/s^2.
 struct SplineLane {
     static constexpr int velocity     = 0;
     static constexpr int density      = 3;
     static constexpr int acceleration = 4;
 };
 
-/// The lane of component (a, b) of a symmetric tensor in a record of the stress' splines.
+/// The lane of component (a, b) of a symmetric tensor in a coefficient record of the stress space.
 template <int D>
 constexpr int stress_lane(int a, int b)
 {
@@ -27,40 +27,41 @@ constexpr int stress_lane(int a, int b)
     return lo * D - lo * (lo - 1) / 2 + hi - lo;
 }
 
-/// Weights of particles at the functions of a space, [particle in order][axis][function].
+/// Values of the functions of a space at the particles, [particle in order][axis][function].
 struct SampleRows {
-    int width = 0;  ///< of a particle
+    int width = 0;  ///< values per particle
     Array<double> weights;
 };
 
-/// All of it follows from the particles: nothing of it is state.
+/// All of it is computed from the particles; none of it is state.
 template <int D>
 struct SplineScratch {
-    Array<int> order;        ///< particles in the order of their cells
-    std::vector<int> first;  ///< of `order` in each cell, and the end
+    Array<int> order;        ///< particles sorted by cell
+    std::vector<int> first;  ///< index in `order` of the first particle of each cell, then the end
     SampleRows v_rows, s_rows;
-    Array<Lanes> v, a;              ///< splines of velocity, density and body force, and of the acceleration, see SplineLane
-    Array<Lanes> s;                 ///< of the stress, see stress_lane
-    std::array<Array<Lanes>, D> L;  ///< of the columns of the velocity gradient
-    SplineBody<D> body;             ///< of bodies with free surfaces
-    Array<Lanes> surface;           ///< splines of its functions, a lane each
-    /// Times their weights, at the Gauss points of all cells, cell by cell, and behind them at those of cut cells: kg; any field.
+    Array<Lanes> v, a;              ///< coefficients: velocity, density and body force; acceleration (SplineLane)
+    Array<Lanes> s;                 ///< coefficients of the stress, see stress_lane
+    std::array<Array<Lanes>, D> L;  ///< coefficients of the columns of the velocity gradient
+    SplineBody<D> body;             ///< for bodies with free surfaces
+    Array<Lanes> surface;           ///< coefficients of its level sets, one lane each
+    /// The density, kg, and any field, both times the quadrature weights: first at the Gauss points of all cells, cell by cell,
+    /// then at the points of cut cells.
     Array<double> density;
     Array<Lanes> at_points;
-    bool is_near = false;  ///< `v` and `s` are near those of the next fit: stages of a step
+    bool is_near = false;  ///< `v` and `s` are good first guesses for the next fit: stages after the first
     enum Solve { kVelocity, kStress, kMass, kGradient };
-    std::array<long, 4> iterations{};  ///< of conjugate gradients, in the last step
+    std::array<long, 4> iterations{};  ///< of conjugate gradients in the last step, per kind of system
 
-    Array<Lanes> values;       ///< of particles, that are fitted
-    Array<Lanes> r, z, p, q;   ///< of conjugate gradients
-    Array<Lanes> sums, scale;  ///< of rows of a matrix; of its preconditioner
-    Array<Lanes> b;            ///< right-hand sides
-    Array<Lanes> part;         ///< some lanes of `v`
-    Array<Lanes> column;       ///< of the stress, and what it adds to forces
-    Array<Lanes> force;
-    std::array<Array<Lanes>, 2> between;  ///< axes
+    Array<Lanes> values;                  ///< of the particles: the data of a fit
+    Array<Lanes> r, z, p, q;              ///< vectors of conjugate gradients
+    Array<Lanes> sums, scale;             ///< row sums of a matrix; scale of its preconditioner
+    Array<Lanes> b;                       ///< right-hand sides
+    Array<Lanes> part;                    ///< some lanes of `v`, also with those of `a`
+    Array<Lanes> column;                  ///< a column of the stress; fields at vertices
+    Array<Lanes> force;                   ///< its part of the forces
+    std::array<Array<Lanes>, 2> between;  ///< results after some of the axes
 
-    /// Of particles: v_h, a_h and L_h where they are; the start of a step, and sums over its stages.
+    /// Per particle: v_h, a_h and L_h at its position; its fields at the start of a step, and sums over the stages.
     Array<Vec<D>> v_at, a_at, x0, v0, dx, dv;
     Array<Mat<D>> L_at, F0, dF;
     Array<Stress<D>> sigma0, dsigma;

@@ -9,7 +9,7 @@ namespace ordo::verification {
 
 namespace {
 
-/// law.cauchy(F) of the law of this name.
+/// The Cauchy stress by the law with the name of the material's law.
 template <int D, class T, class... L>
 Stress<D, T> stress_of(LawList<L...>, const Material& m, const Mat<D, T>& F)
 {
@@ -29,7 +29,7 @@ AnyLaw<D>::AnyLaw(const Material& material) : material_(material)
 {
     if (!material.law->is_hyperelastic)
         throw InputError("material: the stress of " + std::string(material.law->name) +
-                         " is not a function of F, which a manufactured solution wants");
+                         " is not a function of F, as a manufactured solution requires");
 }
 
 template <int D>

@@ -1,5 +1,5 @@
-// A hyperelastic law of the table for manufactured solutions: its stress with the derivatives of F. The law is compiled in
-// any_law.cpp alone, not once for each motion.
+// A hyperelastic law for manufactured solutions: its stress for F, and with derivatives for F with derivatives. Laws are
+// compiled only in any_law.cpp, not once for each motion.
 #pragma once
 
 #include "base/lanes.hpp"
@@ -12,7 +12,7 @@ namespace ordo::verification {
 template <int D>
 class AnyLaw {
   public:
-    /// Throws InputError for a law whose stress is not a function of F.
+    /// Throws InputError if the stress is not a function of F.
     explicit AnyLaw(const Material& material);
 
     /// Cauchy stress, Pa.

@@ -6,7 +6,7 @@
 
 namespace ordo::verification {
 
-/// Those of a square matrix, row by row. Throws NumericalError where they are not found.
+/// The eigenvalues of a square matrix, stored by rows. Throws NumericalError if they are not found.
 std::vector<std::complex<double>> eigenvalues_of(const std::vector<std::complex<double>>& matrix);
 
 }  // namespace ordo::verification

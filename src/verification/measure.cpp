@@ -2,6 +2,7 @@
 
 #include "base/error.hpp"
 #include "method/diagnostics.hpp"
+#include "method/grid_sample.hpp"
 #include "method/planting.hpp"
 #include "spline/scheme.hpp"
 #include "verification/record.hpp"

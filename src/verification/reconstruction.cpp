@@ -5,6 +5,7 @@
 #include "kernels/taylor.hpp"
 #include "method/diagnostics.hpp"
 #include "method/explicit.hpp"
+#include "method/grid_sample.hpp"
 #include "method/planting.hpp"
 #include "verification/cases.hpp"
 #include "verification/published_fits.hpp"

@@ -9,6 +9,7 @@
 #include "kernels/velocity_fit.hpp"
 #include "method/state.hpp"
 #include "shape/box.hpp"
+#include "shape/bspline.hpp"
 #include "shape/corners.hpp"
 #include "shape/dual_domain.hpp"
 #include "shape/point.hpp"

@@ -302,7 +302,7 @@ TEST(SplineFit, ModelsThatItCannotHoldAreRefused)
 {
     const MethodSpec spec = find_preset("spline4")->spec;
     auto refusal          = [](const Model<2>& model) { return message_of([&] { const SplineScheme<2> method(model); }); };
-    EXPECT_NE(refusal(test::unit_box<2>(8, spec)).find("input: projection spline-fit wants a wall on every face"),
+    EXPECT_NE(refusal(test::unit_box<2>(8, spec)).find("input: projection spline-fit needs a wall on every face"),
               std::string::npos);
     Model<2> model = test::walled_box<2>(8, spec);
     EXPECT_EQ(refusal(model), "nothing");

@@ -8,6 +8,7 @@
 #include "particles/cell_seeding.hpp"
 #include "particles/seeding.hpp"
 #include "shape/box.hpp"
+#include "shape/bspline.hpp"
 #include "shape/cell_planting.hpp"
 #include "shape/corners.hpp"
 #include "shape/dual_domain.hpp"

@@ -2,6 +2,7 @@
 #include "particles/cell_seeding.hpp"
 #include "shape/cell_weights.hpp"
 #include "shape/corners.hpp"
+#include "shape/hat.hpp"
 #include "support/particles.hpp"
 
 #include <gtest/gtest.h>
