@@ -62,7 +62,7 @@ step_avx() { # PRESET, the test for its instructions
 }
 step_avx2() { step_avx avx2 has_avx2; }
 step_avx512() { step_avx avx512 has_avx512; }
-step_faults() { scripts/planted_faults.py --dir build/planted; }
+step_faults() { scripts/planted_faults.py --dir build/planted --markdown build/nightly/faults.md; }
 
 # record STEP RESULT MINUTES: puts the row of the step into the table.
 record() {
