@@ -108,8 +108,8 @@ FAULTS = [
     # the order of a step and its times
     fault("kick-of-the-new-step", "velocities at half steps are kicked by dt instead of the mean of two steps",
           "method/explicit.cpp", "dt_kick  = @0.5 * (s.dt_prev + dt)@;", "dt", LITERAL_BAR),
-    fault("usf-new-dt", "USF updates the stress with the new dt", "method/explicit.cpp",
-          "deform(s, passes_.deform, strain, @s.dt_prev@, Deform::past);", "dt", LITERAL_BAR),
+    fault("usf-half-step", "USF updates the stress over half of the step", "method/explicit.cpp",
+          "deform(s, passes_.deform, strain, @s.dt_prev@, Deform::past);", "0.5 * s.dt_prev", LITERAL_BAR),
     fault("musl-without-walls", "the second projection of MUSL ignores the walls", "method/explicit.cpp",
           "@constrain(s, strain, t_kicked);@", "", LITERAL_BAR),
     Fault("musl-moves-first", "MUSL moves before its second projection: weights at x^n+1", "method/explicit.cpp",
