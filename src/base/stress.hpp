@@ -13,7 +13,7 @@ struct Stress {
     T c[size];
 
     /// The place of component (i, j): i = j < 3, or i, j < D.
-    ORDO_FLAT static constexpr int place(int i, int j) { return i == j ? i : i + j == 1 ? 3 : i + j == 3 ? 4 : 5; }
+    ORDO_FLAT static constexpr int place(int i, int j) { return i == j ? i : D < 3 || i + j == 1 ? 3 : i + j == 3 ? 4 : 5; }
 
     ORDO_FLAT constexpr T& operator()(int i, int j) { return c[place(i, j)]; }
     ORDO_FLAT constexpr const T& operator()(int i, int j) const { return c[place(i, j)]; }

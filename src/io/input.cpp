@@ -558,9 +558,9 @@ Material resolve_material(const MaterialInput& in, int dim)
                                          p.unit.empty() ? "" : fmt::format(", {}", p.unit)));
         m.parameters[used++] = found->second;
     }
-    for (const auto& [key, value] : in.parameters)
-        if (std::none_of(law.parameters.begin(), law.parameters.end(), [&](const LawParameter& p) { return p.name == key; }))
-            in.fail(key, fmt::format("is not a parameter of {}", law.name));
+    for (const auto& given : in.parameters)
+        if (std::none_of(law.parameters.begin(), law.parameters.end(), [&](const LawParameter& p) { return p.name == given.first; }))
+            in.fail(given.first, fmt::format("is not a parameter of {}", law.name));
     return m;
 }
 

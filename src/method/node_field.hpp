@@ -5,6 +5,7 @@
 #include "grid/halo.hpp"
 #include "grid/node_rows.hpp"
 #include "grid/tiles.hpp"
+#include "kernels/sweep.hpp"
 
 #include <array>
 

@@ -17,14 +17,14 @@ namespace ordo {
 
 /// Whether the rules allow only projection mass, shape gradients and lumped mass for a shape.
 template <class S>
-constexpr bool is_plain = false;
+inline constexpr bool is_plain = false;
 template <int D, class Basis>
-constexpr bool is_plain<Cell<D, Basis, true, true>> = true;
+inline constexpr bool is_plain<Cell<D, Basis, true, true>> = true;
 /// Points have their own passes for projections with velocity gradients, see passes_of_points.
 template <class S>
-constexpr bool is_point = false;
+inline constexpr bool is_point = false;
 template <int D, class Basis, class Slopes>
-constexpr bool is_point<Point<D, Basis, Slopes>> = true;
+inline constexpr bool is_point<Point<D, Basis, Slopes>> = true;
 
 /// The passes of a shape whose domains follow `Evolution`: F, or the corners of cells.
 template <Shape S, class Basis, class Evolution>

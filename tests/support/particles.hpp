@@ -273,7 +273,7 @@ State<D> random_state(const Explicit<D>& method, int count, Random& random, doub
         p.V[i] = det(p.F[i]) * p.V0[i];
         for (int a = 0; a < D; ++a) {
             p.v[i][a] = uniform(random, -1, 1);
-            for (int b = a; b < D; ++b) p.sigma[i](a, b) = p.sigma[i](b, a) = uniform(random, -100, 100);
+            for (int b = a; b < D; ++b) p.sigma[i](a, b) = uniform(random, -100, 100);
         }
     }
     follow(model, s);
