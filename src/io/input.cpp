@@ -559,7 +559,8 @@ Material resolve_material(const MaterialInput& in, int dim)
         m.parameters[used++] = found->second;
     }
     for (const auto& given : in.parameters)
-        if (std::none_of(law.parameters.begin(), law.parameters.end(), [&](const LawParameter& p) { return p.name == given.first; }))
+        if (std::none_of(law.parameters.begin(), law.parameters.end(),
+                         [&](const LawParameter& p) { return p.name == given.first; }))
             in.fail(given.first, fmt::format("is not a parameter of {}", law.name));
     return m;
 }
