@@ -2,6 +2,7 @@
 #include "io/checkpoint.hpp"
 #include "fuzz.hpp"
 #include "io/file.hpp"
+#include "method/explicit.hpp"
 
 #include <fuzzer/FuzzedDataProvider.h>
 #include <hdf5.h>
