@@ -89,16 +89,24 @@ setup::FaceType face_type(const std::string& type)
 {
     if (type == "fixed") return setup::FaceType::fixed;
     if (type == "symmetry") return setup::FaceType::symmetry;
+    if (type == "wall") return setup::FaceType::wall;
     if (type == "periodic") return setup::FaceType::periodic;
     return type == "free" ? setup::FaceType::free : setup::FaceType::velocity;
 }
 
+/// Boundary k of those of a table.
 template <int D>
-setup::BoundarySpec<D> boundary_of(const BoundaryInput& b, const std::string& face)
+setup::BoundarySpec<D> boundary_of(const BoundaryInput& b, std::size_t k)
 {
-    setup::BoundarySpec<D> r{
-        .axis = face[0] - 'x', .is_above = face.ends_with("max"), .type = face_type(b.type), .at = b.at_coordinate};
-    for (int a = 0; a < D && r.type == setup::FaceType::velocity; ++a)
+    setup::BoundarySpec<D> r{.type = face_type(b.type), .at = b.at_coordinate, .friction = b.friction.value_or(0.0)};
+    if (b.normal.empty()) {
+        r.axis     = b.face[k][0] - 'x';
+        r.is_above = b.face[k].ends_with("max");
+    } else {
+        r.normal = to_vec<D>(b.normal);
+        r.point  = to_vec<D>(b.point);
+    }
+    for (int a = 0; a < D && !b.value.empty(); ++a)
         if (b.value[a].value != decltype(b.value[a].value){"free"}) r.value[a] = make_field(b.value[a]);
     return r;
 }
@@ -140,7 +148,7 @@ setup::CaseSpec<D> spec_of(const CaseInput& in)
     if (in.time.cfl) spec.time.cfl = *in.time.cfl;
     for (const BodyInput& b : in.bodies) spec.bodies.push_back(body_of<D>(b, in.materials));
     for (const BoundaryInput& b : in.boundaries)
-        for (const std::string& face : b.face) spec.boundaries.push_back(boundary_of<D>(b, face));
+        for (std::size_t k = 0; k < b.count(); ++k) spec.boundaries.push_back(boundary_of<D>(b, k));
     for (const TractionInput& t : in.tractions) spec.tractions.push_back(traction_of<D>(t, in.bodies));
     return spec;
 }
@@ -162,11 +170,11 @@ setup::CaseSpec<D> spec_of(const CaseInput& in)
     fail_at(b, e, e.key == "velocity" ? b.velocity : b.body_force);
 }
 
-/// The table that has face k of all tables.
-const BoundaryInput& table_of_face(const std::vector<BoundaryInput>& boundaries, int k)
+/// The table that has boundary k of all tables.
+const BoundaryInput& table_of(const std::vector<BoundaryInput>& boundaries, int k)
 {
     auto b = boundaries.begin();
-    while (k >= static_cast<int>(b->face.size())) k -= static_cast<int>((b++)->face.size());
+    while (k >= static_cast<int>(b->count())) k -= static_cast<int>((b++)->count());
     return *b;
 }
 
@@ -182,7 +190,7 @@ const BoundaryInput& table_of_face(const std::vector<BoundaryInput>& boundaries,
     case Part::body: fail_in_body(in.bodies.at(k), e);
     case Part::boundary: break;
     }
-    const BoundaryInput& b = table_of_face(in.boundaries, e.index);
+    const BoundaryInput& b = table_of(in.boundaries, e.index);
     fail_at(b, e, b.value);
 }
 

@@ -188,17 +188,27 @@ const Section<BoundaryInput>& boundary_section()
                 "run. Where entries meet, the later one wins.",
         .repeated = true,
         .keys = {
-            {&BoundaryInput::face, {.name = "face", .what = "one face or a list of them", .required = true, .choices = kFaces}},
+            {&BoundaryInput::face, {.name = "face",
+                .what = "one face or a list of them; a wall may have normal and point instead", .choices = kFaces}},
             {&BoundaryInput::type, {.name = "type",
-                .what = "fixed: zero velocity; symmetry: zero velocity across the plane (slip); velocity: prescribed by value, "
+                .what = "fixed: zero velocity; symmetry: a plane of symmetry, zero velocity across it in both directions, so that "
+                        "bodies do not leave it (a floor is a wall); wall: a rigid half-space that bodies cannot enter but may "
+                        "leave, and slide along with friction; velocity: prescribed by value, "
                         "and particles nearby receive the velocity increment of the nodes (so value 0 differs from fixed, "
                         "which gives them no increment); periodic: both faces of the axis are one; free: no condition",
-                .required = true, .choices = {"fixed", "symmetry", "velocity", "periodic", "free"}}},
+                .required = true, .choices = {"fixed", "symmetry", "wall", "velocity", "periodic", "free"}}},
             {&BoundaryInput::at_coordinate, {.name = "at",
                 .what = "coordinate of the plane; a plane between nodes acts from the first node beyond", .unit = "m",
                 .default_text = "the face of the grid"}},
+            {&BoundaryInput::normal, {.name = "normal",
+                .what = "direction out of a wall at any angle, in place of face", .per_axis = true}},
+            {&BoundaryInput::point, {.name = "point", .what = "a point on a wall with a normal", .unit = "m", .per_axis = true}},
+            {&BoundaryInput::friction, {.name = "friction",
+                .what = "Coulomb's coefficient of friction of a wall", .default_text = "0", .min = 0}},
             {&BoundaryInput::value, {.name = "value",
-                .what = "velocity per axis; \"free\" leaves an axis alone", .unit = "m/s", .per_axis = true}}}};
+                .what = "type velocity: velocity per axis; \"free\" leaves an axis alone. Type wall: its velocity, a function of t; "
+                        "the wall moves with it",
+                .unit = "m/s", .per_axis = true}}}};
     return s;
 }
 
@@ -646,12 +656,25 @@ void validate_boundary(BoundaryInput& in, int dim)
         const int axis = face[0] - 'x';
         if (axis >= dim) in.fail("face", fmt::format("\"{}\" does not exist in {}D", face, dim));
     }
-    if (in.face.empty()) in.fail("face", "must name at least one face");
+    const bool is_wall = in.type == "wall";
+    if (!in.normal.empty() != !in.point.empty())
+        in.fail(in.normal.empty() ? "point" : "normal",
+                "needs the other of normal and point; together they give the plane of a wall");
+    if (!in.normal.empty() && !in.face.empty()) in.fail("normal", "cannot be with face; a wall has one or the other");
+    if (!in.normal.empty() && !is_wall)
+        in.fail("normal", fmt::format("is for type \"wall\" only, not \"{}\"; use face", in.type));
+    if (!in.normal.empty() && in.at_coordinate) in.fail("at", "cannot be with normal; the point gives the place of the wall");
+    if (in.friction && !is_wall) in.fail("friction", fmt::format("has no meaning for the type \"{}\"; remove it", in.type));
+    if (in.normal.empty() && in.face.empty())
+        in.fail("face", is_wall ? "is missing; a wall needs a face, or a normal and a point" : "must name at least one face");
     if (in.type == "velocity" && in.value.empty()) in.fail("value", "is missing; type \"velocity\" needs the velocity per axis");
-    if (in.type != "velocity" && !in.value.empty())
+    if (in.type != "velocity" && !is_wall && !in.value.empty())
         in.fail("value", fmt::format("has no meaning for the type \"{}\"; remove it", in.type));
-    for (const Expression& e : in.value)
-        if (e.value != decltype(e.value){"free"}) make_field(e);
+    for (const Expression& e : in.value) {
+        const bool is_free = e.value == decltype(e.value){"free"};
+        if (is_free && is_wall) fail(e.place, e.key, "\"free\" has no meaning for a wall; give its velocity, 0 if it rests");
+        if (!is_free) make_field(e);
+    }
 }
 
 void validate_traction(TractionInput& in, int dim, const std::vector<BodyInput>& bodies)

@@ -60,7 +60,12 @@ struct BoundaryInput : Located {
     std::vector<std::string> face;
     std::string type;
     std::optional<double> at_coordinate;
+    std::vector<double> normal, point;
+    std::optional<double> friction;
     std::vector<Expression> value;
+
+    /// Each face is a condition of its own; a wall may have none.
+    std::size_t count() const { return normal.empty() ? face.size() : 1; }
 };
 
 struct OutputInput : Located {

@@ -282,7 +282,7 @@ void number_enriched(State<D>& s)
 }
 
 template <int D>
-void constrain_enriched(const Model<D>& model, State<D>& s, Lanes* nodes, double t)
+void constrain_enriched(const Model<D>& model, State<D>& s, Lanes* nodes, double t, const std::vector<Wall<D>>& walls)
 {
     const Particles<D>& p = s.particles;
     for_each_own_node(p, [&](int c, std::ptrdiff_t own) {
@@ -296,12 +296,15 @@ void constrain_enriched(const Model<D>& model, State<D>& s, Lanes* nodes, double
             const double outwards = b.outer_is_above ? 1.0 : -1.0;
             return !b.constrains(b.axis) || outwards * (before[NodeLane::velocity + b.axis] - b.velocity(b.axis, x, t)) > 0;
         };
+        Vec<D, bool> is_free{};
         for (int a = 0; a < D; ++a) {
             const int k = holding(model.conditions, a, acts);
-            if (k < 0) continue;
+            is_free[a]  = k < 0;
+            if (is_free[a]) continue;
             const Condition<D>& b = model.conditions[k];
             hold(nodes[own], a, b.velocity(a, x, t), !starts_on(k) || b.type == ConditionType::velocity);
         }
+        push_out(walls, s.wall_shifts, x, is_free, t, nodes[own]);
     });
 }
 
@@ -350,13 +353,13 @@ double enriched_time_step(const Model<D>& model, const Particles<D>& p)
     return 2 / std::sqrt(largest);
 }
 
-#define ORDO_ENRICHMENT(D)                                                               \
-    template int enrich(const Model<D>&, Particles<D>&);                                 \
-    template std::size_t add_enriched(const Lattice<D>&, const Particles<D>&, Halo<D>&); \
-    template void number_enriched(State<D>&);                                            \
-    template void constrain_enriched(const Model<D>&, State<D>&, Lanes*, double);        \
-    template void keep_velocities(State<D>&, const Lanes*);                              \
-    template void restore_momenta(const State<D>&, Lanes*);                              \
+#define ORDO_ENRICHMENT(D)                                                                                     \
+    template int enrich(const Model<D>&, Particles<D>&);                                                       \
+    template std::size_t add_enriched(const Lattice<D>&, const Particles<D>&, Halo<D>&);                       \
+    template void number_enriched(State<D>&);                                                                  \
+    template void constrain_enriched(const Model<D>&, State<D>&, Lanes*, double, const std::vector<Wall<D>>&); \
+    template void keep_velocities(State<D>&, const Lanes*);                                                    \
+    template void restore_momenta(const State<D>&, Lanes*);                                                    \
     template double enriched_time_step(const Model<D>&, const Particles<D>&);
 ORDO_ENRICHMENT(1)
 ORDO_ENRICHMENT(2)

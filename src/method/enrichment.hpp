@@ -24,8 +24,9 @@ void number_enriched(State<D>& s);
 
 /// Applies conditions to enriched corners, for velocities at time t. A plane holds corners that start on it, as it holds nodes.
 /// A corner that reaches the plane later gets the condition only while it moves outwards; it may leave.
+/// @param walls those that act
 template <int D>
-void constrain_enriched(const Model<D>& model, State<D>& s, Lanes* nodes, double t);
+void constrain_enriched(const Model<D>& model, State<D>& s, Lanes* nodes, double t, const std::vector<Wall<D>>& walls);
 
 /// Kept velocities: `keep_velocities` stores the velocities of the nodes, `restore_momenta` replaces the projected momenta by them.
 template <int D>

@@ -59,11 +59,12 @@ void Explicit<D>::take_step(State<D>& s, double dt) const
     const bool has_velocities = find_forces(s, nodes, strain);  // m_i, (m v)_i or v_i, f_i <- particles
     if (s.projection.is_wanted) report_projection(s, nodes, has_velocities);
     kick(s, nodes, dt_kick, t_kicked, has_velocities);  // v_i; a_i = f_i/m_i + g; v_i += dt a_i
-    constrain(s, nodes, t_kicked);
+    constrain(s, nodes, t_kicked, Velocity::advanced);
     if (keeps_corner_velocity(method())) keep_velocities(s, nodes);
 
     update_particles(s, nodes, strain, dt, t_kicked);
     if (passes_.move_corners) move_corners(s, nodes, dt);  // cells: x_c, then x_p and V_p
+    for (std::size_t k = 0; k < model().walls.size(); ++k) s.wall_shifts[k] += dt * model().walls[k].velocity_at(t_kicked);
     const double before = s.t;
     this->advance_time(s, dt);
     s.t_v = t_kicked;
@@ -82,7 +83,7 @@ bool Explicit<D>::find_forces(State<D>& s, Lanes* nodes, Lanes* strain) const
     find_velocities(s, nodes);  // v_i
     s.field.halo.copy(nodes);
     copy(strain, nodes, s.field.tiles);
-    constrain(s, strain, s.t_v);
+    constrain(s, strain, s.t_v, Velocity::projected);
     find_gradients(s, strain);
     deform(s, passes_.deform, strain, s.dt_prev, Deform::past);  // F_p, sigma_p at t_n from v_i of the previous step
     this->evaluate_external_forces(s, s.t);
@@ -108,7 +109,7 @@ void Explicit<D>::update_particles(State<D>& s, Lanes* nodes, Lanes* strain, dou
         clear_nodes(s, strain);
         find_momenta(s, strain);  // the same nodes again, with the new v_p
         find_velocities(s, strain);
-        constrain(s, strain, t_kicked);
+        constrain(s, strain, t_kicked, Velocity::remapped);
         find_gradients(s, strain);
         deform(s, passes_.deform, strain, dt);  // F_p, sigma_p from the remapped velocity
     }
@@ -123,7 +124,7 @@ void Explicit<D>::find_projection(State<D>& s) const
     const bool has_velocities = find_momenta_and_forces(s, nodes);
     report_projection(s, nodes, has_velocities);
     if (!has_velocities) find_velocities(s, nodes);
-    constrain(s, nodes, s.t_v);
+    constrain(s, nodes, s.t_v, Velocity::projected);
 }
 
 template <int D>
@@ -368,11 +369,15 @@ void Explicit<D>::gather_tiles(State<D>& s, const RunPass& run) const
 }
 
 template <int D>
-void Explicit<D>::constrain(State<D>& s, Lanes* nodes, double t) const
+void Explicit<D>::constrain(State<D>& s, Lanes* nodes, double t, Velocity of) const
 {
     Stopwatch watch(times(), StageTimes::nodes);
     s.field.constraints.apply(model().conditions, nodes, t);
-    constrain_enriched(model(), s, nodes, t);
+    const std::vector<Wall<D>> none;  // act before the kick
+    const std::vector<Wall<D>>& walls = of == Velocity::projected ? none : model().walls;
+    if (of == Velocity::advanced) s.field.wall_nodes.advance(walls, s.wall_shifts, nodes, t);
+    if (of == Velocity::remapped) s.field.wall_nodes.repeat(walls, s.wall_shifts, nodes, t);
+    constrain_enriched(model(), s, nodes, t, walls);
     s.field.halo.copy(nodes);
 }
 

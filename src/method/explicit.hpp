@@ -19,6 +19,10 @@ class Explicit final : public Scheme<D> {
     /// F follows the coming step, or the step that ended at the current positions (USF).
     enum class Deform { next, past };
 
+    /// Advanced by the forces of this step; projected again after that (MUSL); projected before any force is known: these feel no
+    /// walls, for whether a wall holds or lets go is known after the kick only.
+    enum class Velocity { advanced, remapped, projected };
+
     void start_domains(State<D>& s) const override;
     void find_projection(State<D>& s) const override;
     void take_step(State<D>& s, double dt) const override;
@@ -45,7 +49,7 @@ class Explicit final : public Scheme<D> {
     void deform(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt, Deform by = Deform::next) const;
     template <class RunPass>
     void gather_tiles(State<D>& s, const RunPass& run) const;
-    void constrain(State<D>& s, Lanes* nodes, double t) const;
+    void constrain(State<D>& s, Lanes* nodes, double t, Velocity of) const;
     Sweep<D> sweep(State<D>& s, Lanes* nodes, double dt) const;
 
     Passes<D> passes_;

@@ -55,6 +55,7 @@ void arrange_nodes(const Model<D>& model, State<D>& s, const Lattice<D>& lattice
     s.lattice           = lattice;
     s.field.tiles       = std::move(tiles);
     s.field.constraints = Constraints<D>(model.conditions, s.lattice, s.field.tiles);
+    s.field.wall_nodes  = WallNodes<D>(model.walls, s.wall_shifts, model.conditions, s.lattice, s.field.tiles);
     number_enriched(s);
 }
 

@@ -5,6 +5,7 @@
 #include "grid/halo.hpp"
 #include "grid/node_rows.hpp"
 #include "grid/tiles.hpp"
+#include "grid/wall.hpp"
 #include "kernels/sweep.hpp"
 
 #include <array>
@@ -32,6 +33,7 @@ struct NodeField {
     Tiles<D> tiles;              ///< of the particles that move in this field
     Halo<D> halo;                ///< periodic images of nodes
     Constraints<D> constraints;  ///< by boundary conditions
+    WallNodes<D> wall_nodes;     ///< that may lie in walls
     Array<Lanes> nodes;          ///< sums, then velocities and increments; enriched corners follow the grid's nodes
     Array<Lanes> strain_nodes;   ///< velocities for the stress update, if not those of `nodes` (USF, MUSL)
     Array<Lanes> known;          ///< values of constrained components, for the consistent mass matrix

@@ -73,7 +73,8 @@ template <int D>
 State<D> Scheme<D>::start_deformed(Particles<D> particles) const
 {
     State<D> s{};
-    s.particles             = std::move(particles);
+    s.particles = std::move(particles);
+    s.wall_shifts.assign(model_.walls.size(), {});
     const ParticleView<D> p = s.particles.view();
     s.lattice               = Lattice<D>(model_.origin, model_.h, model_.cells, model_.periodic, 0, grid_basis(model_.method));
     start_stresses(model_.materials, s.particles);

@@ -35,6 +35,7 @@ struct Model {
     std::vector<Traction<D>> tractions;
     std::vector<Load<D>> loads;  ///< the faces that the tractions act on, see add_loads
     std::vector<Condition<D>> conditions;
+    std::vector<Wall<D>> walls;
     /// Level sets of bodies that end inside the grid, for schemes that need them: functions of the initial position, m,
     /// negative inside and zero on the free surface.
     std::vector<LevelSet<D>> surface;
@@ -106,6 +107,8 @@ struct State {
     double move     = 0.0;          ///< largest displacement along an axis in the last step, cells
     double reach    = 0.0;          ///< largest distance from a particle to the edge of its domain, cells
     int extra_reach = 0;            ///< cells beyond that edge in which the particle's samples count
+
+    std::vector<Vec<D>> wall_shifts;  ///< how far each wall has moved since t = 0, m
 
     TileReport fault;  ///< the first fault of the step, if any
 

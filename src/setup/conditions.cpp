@@ -36,10 +36,41 @@ ConditionType type_of(FaceType type)
     case FaceType::symmetry: return ConditionType::symmetry;
     case FaceType::velocity: return ConditionType::velocity;
     case FaceType::fixed:
+    case FaceType::wall:
     case FaceType::periodic:
     case FaceType::free: break;
     }
     return ConditionType::fixed;
+}
+
+/// The wall of a boundary; its velocity must be a number at t = 0.
+template <int D>
+Wall<D> wall_of(const BoundarySpec<D>& b, int k, const CaseSpec<D>& spec, const Model<D>& model)
+{
+    Wall<D> r{.point = b.point, .normal = {}, .velocity = {}, .friction = b.friction};
+    if (b.normal) {
+        const double length = norm(*b.normal);
+        if (!(length > 0)) fail(k, "normal", "must not be zero; it points out of the wall");
+        r.normal = (1 / length) * *b.normal;
+    } else {
+        r.normal[b.axis] = b.is_above ? -1.0 : 1.0;
+        r.point[b.axis]  = b.at.value_or(model.face(b.axis, b.is_above));
+    }
+    if (!(b.friction >= 0 && std::isfinite(b.friction)))
+        fail(k, "friction", fmt::format("must not be negative (got {})", b.friction));
+    if (is_spline_fit(spec.method))
+        fail(k, "type",
+             "\"wall\" is not for projection spline-fit, whose splines are held at faces in every stage; use \"symmetry\", or "
+             "another "
+             "method such as cpdi2");
+    if (spec.method.mass == MassMatrix::consistent)
+        fail(k, "type",
+             "\"wall\" needs method.mass = \"lumped\": a consistent mass matrix couples the nodes on both sides of it");
+    if (model.walls.size() == Wall<D>::most) fail(k, "type", fmt::format("there are more than {} walls", Wall<D>::most));
+    for (int a = 0; a < D; ++a)
+        if (b.value[a]) r.velocity[a] = *b.value[a];
+    require_finite(r.velocity_at(0.0), Part::boundary, k, "value", r.point);
+    return r;
 }
 
 template <int D>
@@ -75,6 +106,10 @@ void set_up_conditions(const CaseSpec<D>& spec, Model<D>& model)
         require_plane(b, k, spec);
         if (b.type == FaceType::periodic) model.periodic[b.axis] = true;
         if (b.type == FaceType::periodic || b.type == FaceType::free) continue;
+        if (b.type == FaceType::wall) {
+            model.walls.push_back(wall_of(b, k, spec, model));
+            continue;
+        }
         Condition<D> r{.axis           = b.axis,
                        .outer_is_above = b.is_above,
                        .at             = b.at.value_or(model.face(b.axis, b.is_above)),
@@ -93,6 +128,10 @@ void set_up_conditions(const CaseSpec<D>& spec, Model<D>& model)
     }
     for (std::size_t n = 0; n < spec.boundaries.size(); ++n) {
         const BoundarySpec<D>& b = spec.boundaries[n];
+        for (int a = 0; a < D && b.normal; ++a)
+            if (model.periodic[a] && (*b.normal)[a] != 0.0)
+                fail(static_cast<int>(n), "normal", fmt::format("must have no component along the periodic axis {}", "xyz"[a]));
+        if (b.normal) continue;
         if (b.type != FaceType::periodic && model.periodic[b.axis])
             fail(static_cast<int>(n), "face",
                  fmt::format("{} belongs to a periodic axis, which has no faces; remove one of the two entries",

@@ -68,6 +68,18 @@ void require_seed_inside(const BodySpec<D>& b, int k, const Seed<D>& s, int a, c
 }
 
 template <int D>
+void require_out_of_walls(const BodySpec<D>& b, int k, const Seed<D>& s, const Model<D>& model)
+{
+    const double tolerance = 1e-9 * *std::min_element(model.h.c, model.h.c + D);
+    for (const Wall<D>& wall : model.walls)
+        if (wall.distance(s.x, {}) < -tolerance)
+            fail(k, fmt::format(
+                        "body \"{}\" lies in a wall: its particle at {} is {:.3g} m inside; move the body or the wall, or let "
+                        "the wall's normal point to the other side",
+                        b.name, place_text(s.x), -wall.distance(s.x, {})));
+}
+
+template <int D>
 void require_mesh_inside(const BodySpec<D>& b, int k, const CellMesh<D>& mesh, const Model<D>& model)
 {
     for (const Vec<D>& x : mesh.corners)
@@ -112,6 +124,7 @@ void require_inside(const BodySpec<D>& b, int k, const Filling<D>& filling, cons
     for (const Seed<D>& s : filling.seeds)
         for (int a = 0; a < D; ++a)
             if (!model.periodic[a]) require_seed_inside(b, k, s, a, model);
+    for (const Seed<D>& s : filling.seeds) require_out_of_walls(b, k, s, model);
     require_mesh_inside(b, k, filling.mesh, model);
 }
 

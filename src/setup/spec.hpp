@@ -61,16 +61,20 @@ struct BodySpec {
     VectorField<D> body_force{};          ///< per mass, in addition to gravity, m/s^2
 };
 
-enum class FaceType { fixed, symmetry, velocity, periodic, free };
+enum class FaceType { fixed, symmetry, velocity, wall, periodic, free };
 
-/// A condition on a face of the grid, or on the plane `at` across the same axis. One periodic face makes the axis periodic.
+/// A condition on a face of the grid, or on the plane `at` across the same axis. One periodic face makes the axis periodic. Walls
+/// may have a normal and a point instead, which then take the place of axis, side and `at`.
 template <int D>
 struct BoundarySpec {
     int axis      = 0;
     bool is_above = false;  ///< the face with the larger coordinate
     FaceType type = FaceType::fixed;
     std::optional<double> at{};                   ///< m
-    std::array<std::optional<Field>, D> value{};  ///< for type velocity, m/s; components without a value stay free
+    std::array<std::optional<Field>, D> value{};  ///< for velocity and wall, m/s; without a value free, of a wall 0
+    std::optional<Vec<D>> normal{};               ///< out of the wall, of any length
+    Vec<D> point{};                               ///< on the wall, m
+    double friction = 0.0;                        ///< Coulomb's coefficient of a wall
 };
 
 /// Which outer faces of a body: all, those that look towards its center or away from it, or those whose normal points mostly

@@ -1,0 +1,214 @@
+// Rigid half-spaces that bodies cannot enter but may leave, and slide along with Coulomb friction.
+#pragma once
+
+#include "base/field.hpp"
+#include "base/parallel.hpp"
+#include "grid/condition.hpp"
+#include "grid/lattice.hpp"
+#include "grid/tiles.hpp"
+
+#include <vector>
+
+namespace ordo {
+
+/// A half-space. It acts on the nodes in it and on its surface.
+template <int D>
+struct Wall {
+    static constexpr int most = 16;  ///< walls of a model
+
+    Vec<D> point{};             ///< on its surface at t = 0, m
+    Vec<D> normal{};            ///< of length 1, out of the wall
+    VectorField<D> velocity{};  ///< a function of time, m/s
+    double friction = 0.0;      ///< Coulomb's coefficient
+
+    /// Of x from the surface, m; negative in the wall. `shift` is how far the wall has moved since t = 0.
+    double distance(const Vec<D>& x, const Vec<D>& shift) const { return dot(x - point - shift, normal); }
+    Vec<D> velocity_at(double t) const { return evaluate<D>(velocity, {padded(point), padded(point), t}); }
+    bool moves() const { return !is_zero<D>(velocity); }
+};
+
+/// The components of a vector along free axes; the others are 0.
+template <int D>
+Vec<D> along(Vec<D, bool> axes, Vec<D> v)
+{
+    for (int a = 0; a < D; ++a)
+        if (!axes[a]) v[a] = 0.0;
+    return v;
+}
+
+template <int D>
+Vec<D> velocity_of(const Lanes& node)
+{
+    Vec<D> v{};
+    for (int a = 0; a < D; ++a) v[a] = node[NodeLane::velocity + a];
+    return v;
+}
+
+/// Gives a node the velocity v; the increment changes by as much if `with_increment`.
+template <int D>
+void set_velocity(Lanes& node, const Vec<D>& v, bool with_increment)
+{
+    for (int a = 0; a < D; ++a) {
+        if (with_increment) node[NodeLane::increment + a] += v[a] - node[NodeLane::velocity + a];
+        node[NodeLane::velocity + a] = v[a];
+    }
+}
+
+/// What a wall does to a node in a step.
+enum class Grip : unsigned char { none, slips, sticks };
+
+/// What one wall did to a node: impulses over the node's mass, m/s.
+template <int D>
+struct WallImpulse {
+    double normal = 0.0;  ///< along the wall's normal, >= 0
+    Vec<D> tangential{};  ///< friction; at most `friction` times the normal one
+    Grip grip = Grip::none;
+};
+template <int D>
+using WallImpulses = std::array<WallImpulse<D>, Wall<D>::most>;
+
+/// The velocities of walls at time t, m/s.
+template <int D>
+std::vector<Vec<D>> velocities(const std::vector<Wall<D>>& walls, double t)
+{
+    std::vector<Vec<D>> u;
+    for (const Wall<D>& w : walls) u.push_back(w.velocity_at(t));
+    return u;
+}
+
+/// One wall is done in one sweep; walls at an angle of a take cos^2(a) of the error from sweep to sweep.
+inline int sweeps_for(const std::vector<int>& touched) { return touched.size() > 1 ? 40 : 1; }
+
+/// Changes the velocity v of a node to one that does not enter the walls that it is in: the impulses are those of least kinetic
+/// energy, each pushing only, with Coulomb friction. Components that other conditions hold are not free and do not change. Nodes in
+/// several walls take sweeps of Gauss and Seidel.
+/// @param u velocities of the walls, m/s
+/// @param touched the walls that the node is in
+/// @param impulses one for each wall, all 0 before
+template <int D>
+Vec<D> push(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& u, const std::vector<int>& touched,
+            Vec<D, bool> is_free, Vec<D> v, WallImpulses<D>& impulses)
+{
+    for (int sweep = 0; sweep < sweeps_for(touched); ++sweep)
+        for (const int k : touched) {
+            const Wall<D>& wall = walls[k];
+            WallImpulse<D>& own = impulses[k];
+            const Vec<D> n      = along(is_free, wall.normal);
+            const double nn     = dot(n, n);
+            if (nn < 1e-12) continue;  // other conditions hold the node across the wall
+            const double before = own.normal;
+            own.normal          = std::max(0.0, before - dot(v - u[k], wall.normal) / nn);
+            v += (own.normal - before) * n;
+
+            const Vec<D> relative = along(is_free, v - u[k]), slip = relative - (dot(relative, n) / nn) * n;
+            const Vec<D> sticking = own.tangential - slip, was = own.tangential;
+            const double limit = wall.friction * own.normal, size = norm(sticking);
+            const bool sticks = size <= limit;
+            own.tangential    = sticks ? sticking : (limit / size) * sticking;
+            own.grip          = !(own.normal > 0) ? Grip::none : sticks && wall.friction > 0 ? Grip::sticks : Grip::slips;
+            v += own.tangential - was;
+        }
+    return v;
+}
+
+/// Pushes a node at x out of the walls that it has entered.
+template <int D>
+void push_out(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, const Vec<D>& x, Vec<D, bool> is_free,
+              double t, Lanes& node)
+{
+    std::vector<int> touched;
+    for (std::size_t k = 0; k < walls.size(); ++k)
+        if (walls[k].distance(x, shifts[k]) <= 0) touched.push_back(static_cast<int>(k));
+    if (touched.empty()) return;
+    WallImpulses<D> impulses{};
+    set_velocity(node, push(walls, velocities(walls, t), touched, is_free, velocity_of<D>(node), impulses), true);
+}
+
+/// The nodes that walls may act on, among those that the material touches; rebuilt by the sort.
+template <int D>
+class WallNodes {
+  public:
+    WallNodes() = default;
+    WallNodes(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, const std::vector<Condition<D>>& conditions,
+              const Lattice<D>& lattice, const Tiles<D>& tiles)
+        : tolerance_(1e-9 * *std::min_element(lattice.h.c, lattice.h.c + D)), walls_(walls.size())
+    {
+        if (walls.empty()) return;
+        for (const Index<D>& block : tiles.blocks())
+            tiles.nodes_of(block).for_each([&](const Index<D>& at) {
+                Vec<D> x{};
+                for (int a = 0; a < D; ++a) x[a] = lattice.node_position(a, at[a]);
+                bool is_near = false;
+                for (std::size_t k = 0; k < walls.size(); ++k)
+                    is_near = is_near || walls[k].moves() || walls[k].distance(x, shifts[k]) <= tolerance_;
+                if (!is_near) return;
+                Vec<D, bool> is_free{};
+                for (int a = 0; a < D; ++a)
+                    is_free[a] = holding(conditions, a, [&](int c) {
+                                     const Condition<D>& b = conditions[c];
+                                     return b.covers(x[b.axis], lattice.h[b.axis]);
+                                 }) < 0;
+                nodes_.push_back({lattice.offset(at), x, is_free});
+            });
+        grips_.assign(nodes_.size() * walls_, Grip::none);
+    }
+
+    /// Pushes the advanced nodes that move into walls, and remembers which. Increments change like velocities.
+    /// @param t time of the velocities, s
+    void advance(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, Lanes* nodes, double t)
+    {
+        const std::vector<Vec<D>> u = velocities(walls, t);
+        for_each(walls, shifts, nodes, [&](std::size_t i, const std::vector<int>& touched, Lanes& node) {
+            WallImpulses<D> impulses{};
+            set_velocity(node, push(walls, u, touched, nodes_[i].is_free, velocity_of<D>(node), impulses), true);
+            for (const int k : touched) grips_[i * walls_ + k] = impulses[k].grip;
+        });
+    }
+
+    /// Holds the same nodes as the last `advance` once more, in velocities that were projected again.
+    void repeat(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, Lanes* nodes, double t) const
+    {
+        const std::vector<Vec<D>> u = velocities(walls, t);
+        for_each(walls, shifts, nodes, [&](std::size_t i, const std::vector<int>& touched, Lanes& node) {
+            Vec<D> v = velocity_of<D>(node);
+            for (int sweep = 0; sweep < sweeps_for(touched); ++sweep)
+                for (const int k : touched) {
+                    const Grip grip = grips_[i * walls_ + k];
+                    const Vec<D> n  = along(nodes_[i].is_free, walls[k].normal);
+                    if (grip == Grip::sticks) v -= along(nodes_[i].is_free, v - u[k]);
+                    if (grip == Grip::slips && dot(n, n) > 0) v -= (dot(v - u[k], walls[k].normal) / dot(n, n)) * n;
+                }
+            set_velocity(node, v, false);
+        });
+    }
+
+  private:
+    struct Node {
+        std::ptrdiff_t node;
+        Vec<D> x;              ///< m
+        Vec<D, bool> is_free;  ///< axes that no condition holds
+    };
+
+    /// f(i, walls, node record) for each listed node i with mass in a wall, in parallel.
+    template <class F>
+    void for_each(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, Lanes* nodes, F&& f) const
+    {
+        parallel_pieces(static_cast<std::ptrdiff_t>(nodes_.size()), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+            std::vector<int> touched;
+            for (std::ptrdiff_t i = begin; i < end; ++i) {
+                Lanes& node = nodes[nodes_[i].node];
+                touched.clear();
+                for (std::size_t k = 0; k < walls.size() && node[NodeLane::mass] > 0; ++k)
+                    if (walls[k].distance(nodes_[i].x, shifts[k]) <= tolerance_) touched.push_back(static_cast<int>(k));
+                if (!touched.empty()) f(static_cast<std::size_t>(i), touched, node);
+            }
+        });
+    }
+
+    double tolerance_  = 0.0;  ///< m
+    std::size_t walls_ = 0;
+    std::vector<Node> nodes_;
+    std::vector<Grip> grips_;  ///< [node][wall], of the last `advance`
+};
+
+}  // namespace ordo
