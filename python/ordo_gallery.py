@@ -152,7 +152,7 @@ class Runner:
     def execute(self, run):
         directory = self.directory(run)
         os.makedirs(directory, exist_ok=True)
-        target = ["--output", directory] if isinstance(run, CaseRun) else \
+        target = ["--output", directory, "--overwrite"] if isinstance(run, CaseRun) else \
             ["--json", os.path.join(directory, "verify.json")] if run.timed else ["--data", directory]
         begin = time.monotonic()
         with open(os.path.join(directory, "log"), "w", encoding="utf-8") as log:

@@ -10,7 +10,7 @@ draw() {  # NAME, then options of `ordo_figures.py snapshots`
     name=$1
     shift
     out=build/cases/$name${preset:+-$preset}
-    build/release/ordo run "cases/$name/case.toml" ${preset:+--set "method.preset=$preset"} --output "$out" --quiet
+    build/release/ordo run "cases/$name/case.toml" ${preset:+--set "method.preset=$preset"} --output "$out" --overwrite --quiet
     "$python" python/ordo_figures.py snapshots "$out" -o "cases/$name/figure${preset:+-$preset}.png" "$@"
 }
 

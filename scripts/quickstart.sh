@@ -9,10 +9,14 @@ cmake --preset release -DORDO_TESTS=OFF -DORDO_BENCH=OFF >/dev/null
 cmake --build --preset release
 
 echo
-build/release/ordo run cases/two-disks/case.toml
+if [ -e results/two-disks ]; then
+  echo "results/two-disks is there already and is left alone; --overwrite replaces it"
+else
+  build/release/ordo run cases/two-disks/case.toml
+fi
 cat <<TEXT
 
-Written to results/two-disks:
+In results/two-disks:
   particles.pvd, particles_*.vtu   open particles.pvd in ParaView, press Apply, colour by velocity, press play
   history.csv                      time, mass, momentum and energies, a row a step
   case.toml                        the case with every default

@@ -41,7 +41,7 @@ def run_in_parts(command, out, options):
     """Returns how often it was stopped, by signal."""
     moments, counts = random.Random(options.seed), dict.fromkeys(SIGNALS, 0)
     while True:
-        restart = ["--restart", "latest"] if list(out.glob("checkpoint_*.h5")) else []
+        restart = ["--restart", "latest"] if list(out.glob("checkpoint_*.h5")) else ["--overwrite"]
         process = subprocess.Popen([*command, *restart], stderr=subprocess.PIPE, text=True)
         try:
             process.wait(moments.uniform(0, 2 * options.pause))

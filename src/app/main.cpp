@@ -61,6 +61,8 @@ void add_run(CLI::App& cli, CommandLine& line)
     add_threads(*run, line);
     run->add_option("--restart", line.restart,
                     "continue from a checkpoint: its file, or latest for the newest good one in the output directory");
+    run->add_flag("--overwrite", line.run.overwrite, "delete the results of an earlier run in the output directory")
+        ->excludes("--restart");
     run->add_flag("--quiet", line.run.quiet, "no progress, no summary");
     run->callback([&line, run] {
         use_threads(line);

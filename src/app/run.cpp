@@ -41,6 +41,7 @@ io::CaseInput read(const RunOptions& options)
         input.output.directory       = *options.output;
         input.output.at["directory"] = {"--output", 0, 0};
     }
+    input.output.directory = io::expanded_directory(input);
     return input;
 }
 
@@ -102,30 +103,35 @@ Simulation<D> simulation_of(const io::CaseInput& input)
 
 /// The output files of a run: new ones, after projecting for the first row, or those that a restart continues.
 template <int D>
-io::Writer<D> files_of(const io::CaseInput& input, Simulation<D>& sim, const std::optional<io::Written>& restart)
+io::Writer<D> files_of(const io::CaseInput& input, Simulation<D>& sim, io::RunDirectory& directory,
+                       const std::optional<io::Written>& restart)
 {
     if (restart) {
         sim.watch()->resume(restart->watched);
-        return {input, sim.model(), *restart};
+        return {input, sim.model(), directory, *restart};
     }
     sim.scheme().project(sim.state());
-    return {input, sim.model(), sim.state().particles};
+    return {input, sim.model(), directory, sim.state().particles};
 }
 
 /// Runs a case from its start or a checkpoint to its end or a signal. Returns the exit code.
 template <int D>
 int run_case(const io::CaseInput& input, const RunOptions& options)
 {
+    const io::Earlier earlier = options.restart     ? io::Earlier::go_on
+                                : options.overwrite ? io::Earlier::overwrite
+                                                    : io::Earlier::refuse;
+    io::require_usable(input.output, earlier);
     Simulation<D> sim = simulation_of<D>(input);
-    io::Checkpoints<D> checkpoints(input, sim.model());
-    io::require_writable(input.output);
+    io::RunDirectory directory(input.output, earlier);
+    io::Checkpoints<D> checkpoints(input, sim.model(), directory);
     std::optional<io::Written> restart;
     if (options.restart) restart = checkpoints.read(*options.restart, sim.state());
     if (sim.is_complete()) {
         if (!options.quiet) io::say("nothing is left to do: the checkpoint is at t = {:.6g} s\n", sim.state().t);
         return 0;
     }
-    io::Writer<D> writer             = files_of(input, sim, restart);
+    io::Writer<D> writer             = files_of(input, sim, directory, restart);
     sim.state().projection.is_wanted = true;
 
     io::ShowProgress<D> progress(options.quiet);
@@ -148,7 +154,7 @@ template <int D>
 int check_case(const io::CaseInput& input)
 {
     const Simulation<D> sim = simulation_of<D>(input);
-    io::require_writable(input.output);
+    io::require_usable(input.output, io::Earlier::go_on);
     const Particles<D>& particles = sim.state().particles;
     const double unit             = courant_time_step(sim.model(), particles);
     const double dt               = setup::time_step(sim.time(), sim.model(), particles);
@@ -157,6 +163,8 @@ int check_case(const io::CaseInput& input)
     fmt::print("{}", io::echo_case(input));
     fmt::print("\n# {} particles, {} cells, dt = {:.4g} s at the start (Courant number {:.3g}), about {:.0f} steps\n",
                particles.count, cells, dt, dt / unit, std::ceil(input.time.end / dt - 1e-9));
+    if (io::has_results(input.output.directory))
+        fmt::print("# {} holds results: ordo run needs --overwrite, --restart or another --output\n", input.output.directory);
     warn_of_instability(sim.model().method);
     return 0;
 }

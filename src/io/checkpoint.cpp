@@ -252,8 +252,8 @@ void read_state(const Hdf5Reader& in, const Model<D>& model, State<D>& s)
 }  // namespace
 
 template <int D>
-Checkpoints<D>::Checkpoints(const CaseInput& input, const Model<D>& model)
-    : input_(input), model_(model), directory_(input.output.directory), identity_(identity_of(input))
+Checkpoints<D>::Checkpoints(const CaseInput& input, const Model<D>& model, RunDirectory& directory)
+    : input_(input), model_(model), directory_(directory), identity_(identity_of(input))
 {}
 
 template <int D>
@@ -265,15 +265,12 @@ bool Checkpoints<D>::is_due(const State<D>& s) const
 }
 
 template <int D>
-std::vector<std::filesystem::path> Checkpoints<D>::files() const
+std::vector<std::int64_t> Checkpoints<D>::steps() const
 {
-    std::vector<std::filesystem::path> r;
-    std::error_code none;
-    for (const auto& entry : std::filesystem::directory_iterator(directory_, none))
-        if (step_of_checkpoint(entry.path().filename().string())) r.push_back(entry.path());
-    std::sort(r.begin(), r.end(), [](const auto& a, const auto& b) {
-        return *step_of_checkpoint(a.filename().string()) > *step_of_checkpoint(b.filename().string());
-    });
+    std::vector<std::int64_t> r;
+    for (const auto& entry : std::filesystem::directory_iterator(directory_.path()))
+        if (const auto step = step_of_checkpoint(entry.path().filename().string())) r.push_back(*step);
+    std::sort(r.begin(), r.end(), std::greater<>());
     return r;
 }
 
@@ -281,7 +278,7 @@ template <int D>
 void Checkpoints<D>::write(State<D>& s, Written written)
 {
     if (last_step_ == s.n) return;
-    PartName file(directory_ / checkpoint_file(s.n));
+    PartName file(directory_.file(checkpoint_file(s.n)));
     {
         Hdf5Writer out(file.part(), kHead);
         out.add_text("case", identity_);
@@ -295,10 +292,8 @@ void Checkpoints<D>::write(State<D>& s, Written written)
     last_      = Clock::now();
     last_step_ = s.n;
     int kept   = 0;
-    std::error_code none;
-    for (const auto& there : files())
-        if (*step_of_checkpoint(there.filename().string()) <= s.n && ++kept > input_.checkpoint.keep)
-            std::filesystem::remove(there, none);
+    for (const std::int64_t step : steps())
+        if (step <= s.n && ++kept > input_.checkpoint.keep) directory_.remove({checkpoint_file(step)});
 }
 
 template <int D>
@@ -311,7 +306,7 @@ Written Checkpoints<D>::read_file(const std::filesystem::path& file, State<D>& s
     Written w;
     for_each_list(w, [&]<class T>(const char* name, std::vector<T>& list) { list = in.list<T>(name); });
     for_each_step(w, [&](const char* name, std::int64_t& step) { in.read(name, ArrayOf<std::int64_t>{&step, 1, 1}); });
-    if (has_results(directory_)) require_files(input_, w);
+    if (has_results(directory_.path())) require_files(input_, w);
     read_state(in, model_, s);
     s.n = static_cast<long>(w.step);
     if (program != this_program())
@@ -333,7 +328,8 @@ Written Checkpoints<D>::read(const std::string& which, State<D>& s) const
         }
     }
     std::string reasons;
-    for (const std::filesystem::path& file : files()) {
+    for (const std::int64_t step : steps()) {
+        const std::filesystem::path file = directory_.path() / checkpoint_file(step);
         try {
             Written w = read_file(file, s);
             if (!reasons.empty()) say("ordo: warning: checkpoints that cannot be used:{}\n", reasons);
@@ -342,7 +338,7 @@ Written Checkpoints<D>::read(const std::string& which, State<D>& s) const
             reasons += fmt::format("\n  {}: {}", file.string(), one_line(e.what()));
         }
     }
-    throw InputError(fmt::format("--restart latest: there is no checkpoint in {}{}{}", directory_.string(),
+    throw InputError(fmt::format("--restart latest: there is no checkpoint in {}{}{}", directory_.path().string(),
                                  reasons.empty() ? "; write some with [checkpoint] steps or wall_minutes, or name a file"
                                                  : " that can be used:",
                                  reasons));

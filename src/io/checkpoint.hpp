@@ -4,6 +4,7 @@
 #pragma once
 
 #include "io/input.hpp"
+#include "io/run_directory.hpp"
 #include "io/run_files.hpp"
 #include "method/state.hpp"
 
@@ -17,7 +18,7 @@ namespace ordo::io {
 template <int D>
 class Checkpoints {
   public:
-    Checkpoints(const CaseInput& input, const Model<D>& model);
+    Checkpoints(const CaseInput& input, const Model<D>& model, RunDirectory& directory);
 
     /// Whether [checkpoint] asks for any, and whether one is due after this step.
     bool are_wanted() const { return input_.checkpoint.steps || input_.checkpoint.wall_minutes; }
@@ -35,11 +36,11 @@ class Checkpoints {
     using Clock = std::chrono::steady_clock;
 
     Written read_file(const std::filesystem::path& file, State<D>& s) const;
-    std::vector<std::filesystem::path> files() const;  ///< newest first
+    std::vector<std::int64_t> steps() const;  ///< of those in the directory, newest first
 
     const CaseInput& input_;
     const Model<D>& model_;
-    std::filesystem::path directory_;
+    RunDirectory& directory_;
     std::string identity_;  ///< must be the same in all parts of a run
     Clock::time_point last_ = Clock::now();
     long last_step_         = -1;  ///< of the last one written

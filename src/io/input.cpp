@@ -245,7 +245,8 @@ const Section<OutputInput>& output_section()
             .name = "output", .what = "What is written, and where.",
             .keys = {
                 {&OutputInput::directory, {.name = "directory",
-                    .what = "where files go, relative to the working directory", .default_text = "results/NAME of the case"}},
+                    .what = "where files go, relative to the working directory; {case} stands for the name of the case, {hash} for a hash of "
+                            "all other keys, so that each run of a sweep gets a directory of its own", .default_text = "results/NAME of the case"}},
                 {&OutputInput::interval, {.name = "interval",
                     .what = "time between particle files", .unit = "s", .default_text = "end/50", .min = 0, .open_min = true}},
                 {&OutputInput::fields, {.name = "fields", .what = "particle fields to write", .choices = names}},
@@ -752,11 +753,10 @@ void validate_materials_and_bodies(CaseInput& c, const std::filesystem::path& fi
 void validate_output(CaseInput& c, const std::filesystem::path& file)
 {
     if (!c.output.interval) c.output.interval = std::max(c.time.end / 50, std::numeric_limits<double>::min());
-    if (c.output.directory.empty()) {
-        const std::filesystem::path absolute = std::filesystem::absolute(file).lexically_normal();
-        const std::string stem               = absolute.stem().string();
-        c.output.directory                   = "results/" + (stem == "case" ? absolute.parent_path().filename().string() : stem);
-    }
+    const std::filesystem::path absolute = std::filesystem::absolute(file).lexically_normal();
+    c.name                               = absolute.stem().string();
+    if (c.name == "case") c.name = absolute.parent_path().filename().string();
+    if (c.output.directory.empty()) c.output.directory = "results/" + c.name;
     for (const std::string& f : c.output.fields)
         if (std::count(c.output.fields.begin(), c.output.fields.end(), f) > 1)
             c.output.fail("fields", "names \"" + f + "\" twice");

@@ -108,6 +108,7 @@ struct CaseInput : Located {
     std::vector<ProbeInput> probes;
 
     MethodSpec spec;                           ///< resolved from method
+    std::string name;                          ///< of the file, or of its directory if it is case.toml
     WatchSpec watch_spec;                      ///< resolved from watch
     std::vector<Material> resolved_materials;  ///< resolved from materials
 };

@@ -33,6 +33,15 @@ std::optional<std::int64_t> step_of_checkpoint(const std::string& name)
     return step;
 }
 
+bool is_run_file(const std::string& name)
+{
+    for (const auto& [start, end] : {std::pair{"particles_", ".vtu"}, {"grid_", ".vti"}, {"probe_", ".csv"}})
+        if (name.starts_with(start) && name.ends_with(end)) return true;
+    for (const char* one : {"particles.pvd", "grid.pvd", "history.csv", "case.toml", "files.txt"})
+        if (name == one) return true;
+    return step_of_checkpoint(name).has_value();
+}
+
 std::vector<std::string> table_files(const CaseInput& input)
 {
     std::vector<std::string> r{"history.csv"};

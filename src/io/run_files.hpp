@@ -18,11 +18,10 @@ std::string probe_file(const ProbeInput& probe);
 std::string checkpoint_file(std::int64_t step);
 /// The step in the name of a checkpoint; nothing for other names.
 std::optional<std::int64_t> step_of_checkpoint(const std::string& name);
+/// Whether a run may give a file this name.
+bool is_run_file(const std::string& name);
 /// The history and the probes.
 std::vector<std::string> table_files(const CaseInput& input);
-
-/// Whether a directory holds the results of a run: case.toml says so.
-inline bool has_results(const std::filesystem::path& directory) { return std::filesystem::exists(directory / "case.toml"); }
 
 /// How much of the files of a run was written.
 struct Written {

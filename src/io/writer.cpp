@@ -6,12 +6,9 @@
 #include "ordo_version.hpp"
 #include "sim/simulation.hpp"
 
-#include <fmt/format.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
-#include <fstream>
+#include <fmt/format.h>
 #include <functional>
 #include <set>
 
@@ -20,31 +17,6 @@ namespace ordo::io {
 namespace {
 
 constexpr std::string_view kResolvedHeader = "# The resolved case";
-
-/// Removes files whose names are those of output files, unless is_kept(name).
-template <class IsKept>
-void remove_files(const std::filesystem::path& directory, IsKept&& is_kept)
-{
-    auto is_ours = [](const std::string& name) {
-        for (const auto& [start, end] : {std::pair{"particles_", ".vtu"},
-                                         {"grid_", ".vti"},
-                                         {"probe_", ".csv"},
-                                         {"particles.pvd", ""},
-                                         {"grid.pvd", ""},
-                                         {"history.csv", ""},
-                                         {"", ".part"}})
-            if (name.starts_with(start) && name.ends_with(end)) return true;
-        return step_of_checkpoint(name).has_value();
-    };
-    std::vector<std::filesystem::path> old;
-    for (const auto& entry : std::filesystem::directory_iterator(directory)) {
-        const std::string name = entry.path().filename().string();
-        if (is_ours(name) && !is_kept(name)) old.push_back(entry.path());
-    }
-    // The lists of frames first: a run killed here must not leave a list of files that are gone.
-    std::stable_partition(old.begin(), old.end(), [](const auto& path) { return path.extension() == ".pvd"; });
-    for (const auto& path : old) std::filesystem::remove(path);
-}
 
 template <int D>
 std::string columns(std::string_view stem)
@@ -64,31 +36,9 @@ std::string values(const Vec<D>& v)
 
 }  // namespace
 
-void require_writable(const OutputInput& output)
-{
-    const std::filesystem::path directory(output.directory);
-    std::filesystem::path existing = std::filesystem::absolute(directory).lexically_normal();
-    std::error_code none;
-    while (!std::filesystem::exists(existing, none) && existing.has_relative_path()) existing = existing.parent_path();
-    if (!std::filesystem::is_directory(existing, none))
-        output.fail("directory", fmt::format("{} cannot be made: {} is not a directory; choose another with --output",
-                                             directory.string(), existing.string()));
-    if (::access(existing.c_str(), W_OK | X_OK) != 0)
-        output.fail("directory", fmt::format("{} cannot be written: {} is not writable; choose another with --output",
-                                             directory.string(), existing.string()));
-    std::ifstream there(directory / "case.toml");
-    std::string line;
-    std::getline(there, line);
-    if (there.is_open() && !line.starts_with(kResolvedHeader))
-        output.fail(
-            "directory",
-            fmt::format("{} holds a case.toml that was not written by a run and would be lost; choose another with --output",
-                        directory.string()));
-}
-
 template <int D>
-Writer<D>::Writer(const CaseInput& input, const Model<D>& model, const Particles<D>& particles)
-    : input_(input), model_(model), directory_(input.output.directory)
+Writer<D>::Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, const Particles<D>& particles)
+    : input_(input), model_(model), directory_(directory)
 {
     for (const ProbeInput& p : input.probes) {
         Vec<D> at{};
@@ -99,15 +49,15 @@ Writer<D>::Writer(const CaseInput& input, const Model<D>& model, const Particles
 }
 
 template <int D>
-Writer<D>::Writer(const CaseInput& input, const Model<D>& model, const Written& written)
+Writer<D>::Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, const Written& written)
     : input_(input),
       model_(model),
-      directory_(input.output.directory),
+      directory_(directory),
       written_(written),
       resumed_at_(written.step),
       last_frame_(written.frames.empty() ? 0.0 : written.frames.back())
 {
-    if (has_results(directory_)) {  // require_writable has checked that a run wrote them
+    if (has_results(directory_.path())) {
         go_on_with_files();
     } else {
         written_.frames.clear();
@@ -122,7 +72,7 @@ void Writer<D>::write_resolved_case() const
     // Without the directory, so that the files of a case are the same wherever they go.
     CaseInput portable        = input_;
     portable.output.directory = "";
-    AtomicFile resolved(directory_ / "case.toml");
+    AtomicFile resolved(directory_.file("case.toml"));
     resolved.write(fmt::format("{}, with every default; `ordo run` takes it. Written by ordo {} ({}).\n{}", kResolvedHeader,
                                ORDO_VERSION, ORDO_COMMIT, echo_case(portable)));
     resolved.commit();
@@ -131,12 +81,9 @@ void Writer<D>::write_resolved_case() const
 template <int D>
 void Writer<D>::start_files()
 {
-    std::error_code failure;
-    std::filesystem::create_directories(directory_, failure);
-    if (failure) throw OutputError(fmt::format("{}: cannot be made: {}", directory_.string(), failure.message()));
-    if (has_results(directory_)) remove_files(directory_, [](const std::string&) { return false; });
+    directory_.remove(directory_.files());
     history_ =
-        LineFile(directory_ / "history.csv",
+        LineFile(directory_.file("history.csv"),
                  "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy,"
                  "projection_mass_before,projection_mass_after,projection_momentum_x_before,projection_momentum_y_before,"
                  "projection_momentum_z_before,projection_momentum_x_after,projection_momentum_y_after,"
@@ -151,7 +98,7 @@ void Writer<D>::start_files()
         } else {
             header += columns<D>("velocity");
         }
-        probes_[k].file = LineFile(directory_ / probe_file(input_.probes[k]), header + ",density");
+        probes_[k].file = LineFile(directory_.file(probe_file(input_.probes[k])), header + ",density");
     }
     write_resolved_case();  // last: it marks that the others exist
 }
@@ -168,17 +115,19 @@ void Writer<D>::go_on_with_files()
     for (const int k : written_.grid_frames) kept.push_back(frame_file("grid", k));
 
     std::set<std::int64_t, std::greater<>> later;  // newest first: each needs files that are removed after it
-    for (const auto& entry : std::filesystem::directory_iterator(directory_))
-        if (const auto step = step_of_checkpoint(entry.path().filename().string()); step && *step > written_.step)
-            later.insert(*step);
-    for (const std::int64_t step : later) std::filesystem::remove(directory_ / checkpoint_file(step));
+    for (const std::string& name : directory_.files())
+        if (const auto step = step_of_checkpoint(name); step && *step > written_.step) later.insert(*step);
+    for (const std::int64_t step : later) directory_.remove({checkpoint_file(step)});
     write_lists();
-    remove_files(directory_, [&](const std::string& name) {
-        return step_of_checkpoint(name) || std::find(kept.begin(), kept.end(), name) != kept.end();
-    });
+    std::set<std::string> rest = directory_.files();
+    for (const std::string& name : kept) rest.erase(name);
+    std::erase_if(rest, step_of_checkpoint);
+    directory_.remove(rest);
     write_resolved_case();
-    auto go_on = [&](std::size_t k) { return LineFile(directory_ / tables[k], written_.table_sizes[k], written_.table_sums[k]); };
-    history_   = go_on(0);
+    auto go_on = [&](std::size_t k) {
+        return LineFile(directory_.file(tables[k]), written_.table_sizes[k], written_.table_sums[k]);
+    };
+    history_ = go_on(0);
     for (std::size_t k = 0; k < probes_.size(); ++k) probes_[k].file = go_on(k + 1);
 }
 
@@ -277,9 +226,9 @@ void Writer<D>::frame(State<D>& s)
 {
     if (written_.frame_step == s.n) return;
     const std::size_t number = written_.frames.size();
-    write_particles(directory_ / frame_file("particles", number), model_, s, input_.output.fields);
+    write_particles(directory_.file(frame_file("particles", number)), model_, s, input_.output.fields);
     if (input_.output.grid && s.n > 0) {
-        write_grid(directory_ / frame_file("grid", number), s);
+        write_grid(directory_.file(frame_file("grid", number)), s);
         written_.grid_frames.push_back(static_cast<std::int32_t>(number));
     }
     written_.frames.push_back(s.t);
@@ -297,8 +246,8 @@ void Writer<D>::write_lists() const
     for (std::size_t k = 0; k < written_.frames.size(); ++k)
         particles.push_back({written_.frames[k], frame_file("particles", k)});
     for (const int k : written_.grid_frames) grid.push_back({written_.frames.at(k), frame_file("grid", k)});
-    write_pvd(directory_ / "particles.pvd", particles);
-    if (!grid.empty()) write_pvd(directory_ / "grid.pvd", grid);
+    write_pvd(directory_.file("particles.pvd"), particles);
+    if (!grid.empty()) write_pvd(directory_.file("grid.pvd"), grid);
 }
 
 template <int D>

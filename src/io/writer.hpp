@@ -3,6 +3,7 @@
 
 #include "io/file.hpp"
 #include "io/input.hpp"
+#include "io/run_directory.hpp"
 #include "io/run_files.hpp"
 #include "io/vtk.hpp"
 #include "method/state.hpp"
@@ -14,18 +15,15 @@
 
 namespace ordo::io {
 
-/// Throws InputError when the output directory cannot be used; writes nothing.
-void require_writable(const OutputInput& output);
-
 /// Writes rows and frames when they are due, at the start, at the end and after a failure.
 template <int D>
 class Writer : public Observer<D> {
   public:
-    /// Creates the directory, removes the files of an earlier run in it, writes the resolved case and the headers.
-    Writer(const CaseInput& input, const Model<D>& model, const Particles<D>& particles);
+    /// Removes the files of an earlier run, writes the resolved case and the headers.
+    Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, const Particles<D>& particles);
     /// Continues the files of an interrupted run, cut back to the lengths in `written`; require_files has checked them. Starts new
     /// files if the directory has none.
-    Writer(const CaseInput& input, const Model<D>& model, const Written& written);
+    Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, const Written& written);
 
     void started(Simulation<D>& sim) override;
     void after_step(Simulation<D>& sim, const StepSize& step) override;
@@ -35,7 +33,7 @@ class Writer : public Observer<D> {
     /// Also writes all pending rows to the tables.
     Written written();
     std::size_t frame_count() const { return written_.frames.size(); }
-    const std::filesystem::path& directory() const { return directory_; }
+    const std::filesystem::path& directory() const { return directory_.path(); }
 
   private:
     struct Probe {
@@ -61,7 +59,7 @@ class Writer : public Observer<D> {
 
     const CaseInput& input_;
     const Model<D>& model_;
-    std::filesystem::path directory_;
+    RunDirectory& directory_;
     LineFile history_;
     std::vector<Probe> probes_;
     Written written_;

@@ -59,15 +59,16 @@ def edit(text, *changes):
     return text
 
 
-def start(*args, cwd):
-    """Starts ordo."""
-    return subprocess.Popen([ORDO, *map(str, args)], cwd=cwd, text=True, errors="backslashreplace",
+def start(*args, cwd, preload=None):
+    """Starts ordo; with the functions of a shared library in the place of those of the system."""
+    more = {"LD_PRELOAD": str(preload), "ASAN_OPTIONS": os.environ.get("ASAN_OPTIONS", "") + ":verify_asan_link_order=0"} if preload else {}
+    return subprocess.Popen([ORDO, *map(str, args)], cwd=cwd, text=True, errors="backslashreplace", env={**os.environ, **more},
                             stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
-def ordo(*args, cwd):
+def ordo(*args, cwd, preload=None):
     """Runs ordo to its end: returncode, stdout, stderr."""
-    process = start(*args, cwd=cwd)
+    process = start(*args, cwd=cwd, preload=preload)
     try:
         out, err = process.communicate(timeout=HANG)
     finally:
@@ -137,7 +138,8 @@ class InTemporaryDirectory(unittest.TestCase):
         return path
 
     def run_good(self, *args):
-        """Runs `ordo run` on one thread and requires success."""
-        done = ordo("run", *args, "--quiet", *(() if "--threads" in args else ("--threads", "1")), cwd=self.dir)
+        """Runs `ordo run` on one thread, over earlier results if it is no restart, and requires success."""
+        more = [*(() if "--threads" in args else ("--threads", "1")), *(() if "--restart" in args else ("--overwrite",))]
+        done = ordo("run", *args, "--quiet", *more, cwd=self.dir)
         self.assertEqual(done.returncode, 0, done.stderr)
         return done

@@ -114,9 +114,9 @@ class Faults(InTemporaryDirectory):
         self.assertIn("not writable", done.stderr)
 
     def test_results_that_may_not_be_replaced(self):
-        """A directory stands where a file should go."""
+        """A directory stands where a file should go; it is as good as a file of the user."""
         self.write_case()
         (self.dir / "out" / "history.csv").mkdir(parents=True)
         done = self.run_case("--output", "out")
-        self.assertEqual(done.returncode, 1, done.stderr)
-        self.assertIn("is a directory", done.stderr)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("holds history.csv", done.stderr)

@@ -108,7 +108,7 @@ class Restart(InTemporaryDirectory):
         moments, stops = random.Random(1), 0
         for part in range(200):
             is_first = not (self.dir / "parts" / "case.toml").exists() or not list((self.dir / "parts").glob("checkpoint_*.h5"))
-            process = start("run", "case.toml", "--output", "parts", "--threads", 1, "--quiet", *(() if is_first else ("--restart", "latest")), cwd=self.dir)
+            process = start("run", "case.toml", "--output", "parts", "--threads", 1, "--quiet", *(("--overwrite",) if is_first else ("--restart", "latest")), cwd=self.dir)
             try:
                 process.wait(max(0.05, moments.uniform(0.02, 0.15) * seconds))
             except subprocess.TimeoutExpired:
@@ -198,7 +198,7 @@ class Restart(InTemporaryDirectory):
     def test_other_version(self):
         file = self.half()
         whole = file.read_bytes()
-        self.assert_damage_refused(whole.replace(b"format 3", b"format 9", 1), "another version")
+        self.assert_damage_refused(whole.replace(b"format 4", b"format 9", 1), "another version")
         version = whole[:512].split(b"version ")[1].split(b"\n")[0]
         self.assert_damage_refused(whole.replace(version, b"9" * len(version), 1), "written by ordo 9")
         self.assert_damage_refused(whole.replace(version, b"\x1b" * len(version), 1), "written by ordo \\x1b")

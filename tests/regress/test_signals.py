@@ -16,7 +16,7 @@ KILLS = 10
 class Signals(InTemporaryDirectory):
     def start_run(self, interval):
         self.write("case.toml", ENDLESS)
-        process = start("run", "case.toml", "--threads", 1, "--output", "out", "--set", f"output.interval={interval}", cwd=self.dir)
+        process = start("run", "case.toml", "--threads", 1, "--output", "out", "--overwrite", "--set", f"output.interval={interval}", cwd=self.dir)
         self.addCleanup(self.kill, process)
         return process
 
@@ -96,12 +96,16 @@ class Signals(InTemporaryDirectory):
         entry = next(line for line in text.split("\n") if "000000.vtu" in line) + "\n"
         numbers = [f"{k:06}" for k in range(100, 5000)]
         pvd.write_text(text.replace(entry, entry + "".join(entry.replace("000000", n) for n in numbers)))
-        for n in numbers:
-            self.write(f"out/particles_{n}.vtu", "")
+        names = [f"particles_{n}.vtu" for n in numbers]
+        with (self.dir / "out" / "files.txt").open("a") as files:
+            files.write("\n".join(names) + "\n")
+        for name in names:
+            self.write("out/" + name, "")
         process = self.start_run(interval=1.0)
-        watched = [self.dir / "out" / f"particles_{n}.vtu" for n in numbers[::100]]
+        watched = [self.dir / "out" / name for name in names[::100]]
         while process.poll() is None and all(path.exists() for path in watched):
             pass
+        self.assertFalse(all(path.exists() for path in watched))
         self.kill(process)
         missing = [path for _, path in frames(pvd.parent) if not path.exists()] if pvd.exists() else []
         self.assertEqual(len(missing), 0, "particles.pvd lists frames that are gone")
@@ -110,8 +114,8 @@ class Signals(InTemporaryDirectory):
         process = self.start_run(interval=0.002)
         self.wait_for("particles_000020.vtu")
         self.kill(process)
-        (self.dir / "out" / "particles_000099.vtu.part").write_text("half a fr")
+        (self.dir / "out" / "particles_000020.vtu.part").write_text("half a fr")
         for directory in ("out", "fresh"):
-            done = ordo("run", "case.toml", "--set", "time.end=0.01", "--output", directory, cwd=self.dir)
+            done = ordo("run", "case.toml", "--set", "time.end=0.01", "--output", directory, "--overwrite", cwd=self.dir)
             self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(contents(self.dir / "out"), contents(self.dir / "fresh"))

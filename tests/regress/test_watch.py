@@ -14,7 +14,7 @@ GAINS = (TWO_DISKS, "--set", "method.preset=mpm", "--set", "watch.energy_growth=
 
 class Watch(InTemporaryDirectory):
     def run_case(self, *args):
-        return ordo("run", *args, "--quiet", "--threads", 1, cwd=self.dir)
+        return ordo("run", *args, "--overwrite", "--quiet", "--threads", 1, cwd=self.dir)
 
     def assert_fails(self, *args, says):
         done = self.run_case(*args)
