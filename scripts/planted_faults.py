@@ -288,8 +288,13 @@ FAULTS = [
     # tractions
     fault("pressure-pulls", "a pressure acts outwards", "method/tractions.cpp",
           "f = @-traction.value[0](place)@ * area", "traction.value[0](place)", RESULTANTS),
+    fault("stairs-count-whole", "each stair of a round body counts with its whole area", "setup/true_shape.cpp",
+          "return smooth.stairs > 0 ? @std::max(0.0, dot(normal, smooth.normal(center)))@", "1.0",
+          "unit:Setup.RoundFacesHaveTheirArea"),
+    fault("cut-particles-keep-mass", "particles that a round face cuts get their volume, but not their mass", "setup/build.cpp",
+          "p.m[i] *= @factor@;", "1.0", "unit:Setup.RoundBodiesHaveTheirVolume"),
     fault("dead-load-follows", "a dead load acts on the current area", "method/tractions.cpp",
-          "f = norm(@load.area0@) * evaluate", "area", RESULTANTS),
+          "f = load.share * norm(@load.area0@) * evaluate", "area", RESULTANTS),
     fault("area-turned-by-F", "areas follow F instead of its cofactor", "method/tractions.cpp",
           "area = @cofactor(p.F[i])@ * load.area0;", "p.F[i]", RESULTANTS),
 

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <csignal>
 #include <optional>
@@ -150,6 +151,15 @@ int run_case(const io::CaseInput& input, const RunOptions& options)
     return 128 + static_cast<int>(g_signal);
 }
 
+void print_body(const setup::BodyReport& b, int dim)
+{
+    fmt::print("# {}: {} particles, {:.6g} {}, {:.6g} {}", b.name, b.particles, b.mass,
+               std::array{"kg/m^2", "kg/m", "kg"}[dim - 1], b.volume, std::array{"m", "m^2", "m^3"}[dim - 1]);
+    if (const double more = b.true_volume ? b.volume / *b.true_volume - 1 : 0.0; std::fabs(more) > 1e-12)
+        fmt::print(", {:+.2g} % of its shape", 100 * more);
+    fmt::print("\n");
+}
+
 template <int D>
 int check_case(const io::CaseInput& input)
 {
@@ -163,6 +173,7 @@ int check_case(const io::CaseInput& input)
     fmt::print("{}", io::echo_case(input));
     fmt::print("\n# {} particles, {} cells, dt = {:.4g} s at the start (Courant number {:.3g}), about {:.0f} steps\n",
                particles.count, cells, dt, dt / unit, std::ceil(input.time.end / dt - 1e-9));
+    for (const setup::BodyReport& b : sim.bodies()) print_body(b, D);
     if (io::has_results(input.output.directory))
         fmt::print("# {} holds results: ordo run needs --overwrite, --restart or another --output\n", input.output.directory);
     warn_of_instability(sim.model().method);

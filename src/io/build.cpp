@@ -75,12 +75,13 @@ template <int D>
 setup::BodySpec<D> body_of(const BodyInput& b, const std::vector<MaterialInput>& materials)
 {
     const auto material = std::find_if(materials.begin(), materials.end(), [&](const auto& m) { return m.name == b.material; });
-    setup::BodySpec<D> body{.shape      = shape_of<D>(b),
-                            .name       = b.name,
-                            .material   = static_cast<int>(material - materials.begin()),
-                            .gauss      = b.seeding == "gauss",
-                            .velocity   = make_vector_field<D>(b.velocity),
-                            .body_force = make_vector_field<D>(b.body_force)};
+    setup::BodySpec<D> body{.shape                 = shape_of<D>(b),
+                            .name                  = b.name,
+                            .material              = static_cast<int>(material - materials.begin()),
+                            .gauss                 = b.seeding == "gauss",
+                            .keeps_lattice_volumes = b.volumes == "lattice",
+                            .velocity              = make_vector_field<D>(b.velocity),
+                            .body_force            = make_vector_field<D>(b.body_force)};
     if (!b.particles_per_cell.empty()) body.particles_per_cell = to_vec<D, int>(b.particles_per_cell);
     return body;
 }

@@ -167,6 +167,10 @@ const Section<BodyInput>& body_section()
                     .what = "particles at the centres of equal sub-cells, or at Gauss points with Gauss's weights "
                             "(method.domain point)",
                     .default_text = "\"centres\"", .choices = {"centres", "gauss"}}},
+                {&BodyInput::volumes, {.name = "volumes",
+                    .what = "of round bodies in cartesian cells: exact: particles that the body's faces cut get volumes whose sum is exact; "
+                            "lattice: those of whole sub-cells",
+                    .default_text = "\"exact\"", .choices = {"exact", "lattice"}}},
                 {&BodyInput::particles_per_cell, {.name = "particles_per_cell",
                     .what = "particles in a whole cell (4 in 2D is 2 x 2), or one number per axis", .default_text = "2 per axis",
                     .per_axis = true, .min = 1, .max = 1000}},
@@ -217,7 +221,7 @@ const Section<TractionInput>& traction_section()
     static const Section<TractionInput> s{
         .name = "traction",
         .what = "A pressure or traction on faces of a body. It acts on the outer faces of the particles' domains (for points: "
-                "of the sub-cells in which they were seeded) and moves with them. Several entries add up.",
+                "of the sub-cells in which they were seeded) and moves with them. On round bodies, types traction and dead count the area of the true surface. Several entries add up.",
         .repeated = true,
         .keys = {
             {&TractionInput::body, {.name = "body", .what = "name of the [[body]]", .required = true}},
@@ -615,7 +619,8 @@ void validate_geometry(const BodyInput& in)
     const bool polar = in.cells == "polar";
     for (const char* key : {"radial", "angular", "layers"})
         if (in.has(key) && !polar) in.fail(key, "needs cells = \"polar\"");
-    if (polar && in.has("seeding")) in.fail("seeding", "needs cells = \"cartesian\"");
+    for (const char* key : {"seeding", "volumes"})
+        if (polar && in.has(key)) in.fail(key, "needs cells = \"cartesian\"");
 }
 
 /// Turns particles_per_cell into one number per axis, 2 by default.
@@ -815,13 +820,13 @@ void validate(CaseInput& c, const std::filesystem::path& file)
 const std::vector<ShapeInfo>& shapes()
 {
     static const std::vector<ShapeInfo> rows = {
-        {"ball", "a ball; a disk in 2D, an interval in 1D", {"center", "radius"}, {"particles_per_cell", "seeding"}, 1, 3},
+        {"ball", "a ball; a disk in 2D, an interval in 1D", {"center", "radius"}, {"particles_per_cell", "seeding", "volumes"}, 1, 3},
         {"box", "a box, in equal sub-cells that fit it exactly, close in size to those of the grid", {"lower", "upper"},
          {"particles_per_cell", "seeding"}, 1, 3},
         {"ring", "an annulus or a part of it", {"center", "inner_radius", "radius"},
-         {"angle", "cells", "radial", "angular", "particles_per_cell", "seeding"}, 2, 2},
+         {"angle", "cells", "radial", "angular", "particles_per_cell", "seeding", "volumes"}, 2, 2},
         {"cylinder", "a cylinder or tube along an axis, or a part of it", {"center", "radius", "height"},
-         {"inner_radius", "axis", "angle", "cells", "radial", "angular", "layers", "particles_per_cell", "seeding"}, 3, 3},
+         {"inner_radius", "axis", "angle", "cells", "radial", "angular", "layers", "particles_per_cell", "seeding", "volumes"}, 3, 3},
         {"particles", "material points from a CSV file", {"file"}, {}, 1, 3},
         {"mesh", "the elements of a Gmsh mesh, one particle each; faces inner and outer need its center, in 3D also its axis",
          {"file"}, {"group", "center", "axis"}, 1, 3},

@@ -45,7 +45,7 @@ struct BodyInput : Located {
     std::string cells;
     std::optional<int> radial, angular, layers;
     std::vector<int> particles_per_cell;
-    std::string seeding;
+    std::string seeding, volumes;
     std::vector<Expression> velocity, body_force;
 };
 

@@ -8,7 +8,7 @@ namespace ordo {
 
 template <int D>
 int add_loads(std::vector<Load<D>>& loads, Particles<D>& p, const CellMesh<D>& mesh, int first, int index,
-              const std::function<bool(const Vec<D>& normal, const Vec<D>& center)>& is_chosen)
+              const std::function<double(const Vec<D>& normal, const Vec<D>& center)>& share)
 {
     // The loads of a particle are contiguous, so its earlier loads are copied to the end of the list.
     std::vector<std::vector<Load<D>>> of(mesh.cells.size());
@@ -21,8 +21,10 @@ int add_loads(std::vector<Load<D>>& loads, Particles<D>& p, const CellMesh<D>& m
         const Vec<D> center = face_center(at, f.count), arm = center - p.x[first + f.cell];
         Vec<D> area = face_area(at, f.count);
         if (D == 1 && arm[0] < 0) area = -area;
-        if (!is_chosen(area * (1 / norm(area)), center)) continue;
-        of[f.cell].push_back({.traction = index, .is_last = false, .area0 = area, .arm0 = arm, .center0 = center, .face = f});
+        const double part = share(area * (1 / norm(area)), center);
+        if (part == 0.0) continue;
+        of[f.cell].push_back(
+            {.traction = index, .is_last = false, .area0 = area, .share = part, .arm0 = arm, .center0 = center, .face = f});
         ++count;
     }
     for (std::size_t k = 0; k < of.size(); ++k) {
@@ -63,8 +65,8 @@ void evaluate_loads(const std::vector<Load<D>>& loads, const std::vector<Tractio
             Vec<D> f{};
             switch (traction.type) {
             case TractionType::pressure: f = -traction.value[0](place) * area; break;
-            case TractionType::traction: f = norm(area) * evaluate<D>(traction.value, place); break;
-            case TractionType::dead: f = norm(load.area0) * evaluate<D>(traction.value, place); break;
+            case TractionType::traction: f = load.share * norm(area) * evaluate<D>(traction.value, place); break;
+            case TractionType::dead: f = load.share * norm(load.area0) * evaluate<D>(traction.value, place); break;
             }
             force += f;
             moment += outer(f, arm);
@@ -75,11 +77,11 @@ void evaluate_loads(const std::vector<Load<D>>& loads, const std::vector<Tractio
 }
 
 template int add_loads(std::vector<Load<1>>&, Particles<1>&, const CellMesh<1>&, int, int,
-                       const std::function<bool(const Vec<1>&, const Vec<1>&)>&);
+                       const std::function<double(const Vec<1>&, const Vec<1>&)>&);
 template int add_loads(std::vector<Load<2>>&, Particles<2>&, const CellMesh<2>&, int, int,
-                       const std::function<bool(const Vec<2>&, const Vec<2>&)>&);
+                       const std::function<double(const Vec<2>&, const Vec<2>&)>&);
 template int add_loads(std::vector<Load<3>>&, Particles<3>&, const CellMesh<3>&, int, int,
-                       const std::function<bool(const Vec<3>&, const Vec<3>&)>&);
+                       const std::function<double(const Vec<3>&, const Vec<3>&)>&);
 template void evaluate_loads(const std::vector<Load<1>>&, const std::vector<Traction<1>>&, const Lattice<1>&,
                              const ParticleView<1>&, double);
 template void evaluate_loads(const std::vector<Load<2>>&, const std::vector<Traction<2>>&, const Lattice<2>&,

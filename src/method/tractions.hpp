@@ -29,17 +29,19 @@ struct Load {
     int traction = 0;      ///< index in Model::tractions
     bool is_last = false;  ///< the last load of its particle
     Vec<D> area0{};        ///< initial area vector, outwards, m^(D-1)
-    Vec<D> arm0{};         ///< initial vector from the particle to the centre of the face, m
-    Vec<D> center0{};      ///< initial centre of the face, m
-    Face<D> face{};        ///< for cells
+    double share =
+        1.0;           ///< of the face that counts for given directions: the area of the body's true surface over that of stairs
+    Vec<D> arm0{};     ///< initial vector from the particle to the centre of the face, m
+    Vec<D> center0{};  ///< initial centre of the face, m
+    Face<D> face{};    ///< for cells
 };
 
 /// Puts traction `index` on the chosen outer faces of a body whose particles begin at `first`, in the order of the cells of
-/// `mesh`. `is_chosen` gets the outward unit normal and the centre of a face. The particles must be undeformed, because faces
-/// are taken from the mesh. Returns the number of chosen faces.
+/// `mesh`. `share` gets the outward unit normal and the centre of a face; faces with 0 are not chosen, see Load. The particles must be
+/// undeformed, because faces are taken from the mesh. Returns the number of chosen faces.
 template <int D>
 int add_loads(std::vector<Load<D>>& loads, Particles<D>& p, const CellMesh<D>& mesh, int first, int index,
-              const std::function<bool(const Vec<D>& normal, const Vec<D>& center)>& is_chosen);
+              const std::function<double(const Vec<D>& normal, const Vec<D>& center)>& share);
 
 /// Sets the force and moment of each particle's loads at time t.
 template <int D>

@@ -9,6 +9,7 @@
 #include "setup/schemes.hpp"
 #include "setup/seeding.hpp"
 #include "setup/time_step.hpp"
+#include "setup/true_shape.hpp"
 
 #include <fmt/format.h>
 
@@ -115,6 +116,58 @@ void plant_body(const BodySpec<D>& b, int k, const Seeded<D>& seeded, const Mode
 }
 
 template <int D>
+std::vector<Vec<D>> corners_of(const Seed<D>& seed)
+{
+    std::vector<Vec<D>> r;
+    IndexBox<D>{{}, Index<D>::filled(2)}.for_each([&](const Index<D>& k) {
+        Vec<D> sides{};
+        for (int a = 0; a < D; ++a) sides[a] = 2 * k[a] - 1;
+        r.push_back(seed.x + seed.edges * sides);
+    });
+    return r;
+}
+template <int D>
+std::vector<Vec<D>> corners_of(const CellMesh<D>& mesh, int cell)
+{
+    std::vector<Vec<D>> r;
+    for (int c = 0; c < mesh.cells[cell].count(); ++c) r.push_back(mesh.corners[mesh.cells[cell][c]]);
+    return r;
+}
+
+/// Gives a round body its true volume and mass: by a factor for the particles that its faces cut.
+template <int D>
+void make_volume_true(const BodySpec<D>& b, int k, const Seeded<D>& seeded, const MethodSpec& method, Particles<D>& p)
+{
+    const std::optional<double> volume = true_volume(b.shape);
+    if (!volume || b.keeps_lattice_volumes) return;
+    const int begin = seeded.first[k], end = seeded.first[k + 1];
+    std::vector<int> cut;
+    double of_cut = 0.0, of_whole = 0.0;
+    for (int i = begin; i < end; ++i) {
+        const bool is =
+            is_cut(b.shape, p.x[i], has_cells(method) ? corners_of(seeded.meshes[k], i - begin) : corners_of(seeded.seeds[i]));
+        if (is) cut.push_back(i);
+        (is ? of_cut : of_whole) += p.V0[i];
+    }
+    const double factor = of_cut > 0 ? (*volume - of_whole) / of_cut : 1.0;
+    for (const int i : cut) {
+        p.V0[i] *= factor;
+        p.m[i] *= factor;
+    }
+}
+
+template <int D>
+BodyReport report_on(const BodySpec<D>& b, int begin, int end, const Particles<D>& p)
+{
+    BodyReport r{.name = b.name, .particles = end - begin, .true_volume = true_volume(b.shape)};
+    for (int i = begin; i < end; ++i) {
+        r.mass += p.m[i];
+        r.volume += p.V0[i];
+    }
+    return r;
+}
+
+template <int D>
 void set_up_enrichment(const Model<D>& model, Particles<D>& p)
 {
     auto fail = [](std::string_view why) { throw SetupError(Part::method, 0, "enrichment", why); };
@@ -162,15 +215,18 @@ Built<D> build(CaseSpec<D> spec, double most_particles)
     require_apart(spec.bodies, seeded.seeds, seeded.body_of, model);
 
     Particles<D> p(seeded.first.back(), field_groups(model));
+    std::vector<BodyReport> bodies;
     for (std::size_t n = 0; n < spec.bodies.size(); ++n) {
         const int k = static_cast<int>(n);
         plant_body(spec.bodies[n], k, seeded, model, p);
+        make_volume_true(spec.bodies[n], k, seeded, model.method, p);
+        bodies.push_back(report_on(spec.bodies[n], seeded.first[n], seeded.first[n + 1], p));
         if (!spec.tractions.empty()) load_faces(spec.tractions, spec.bodies[n], k, seeded.meshes[n], seeded.first[n], model, p);
     }
     if (has_enrichment(model.method)) set_up_enrichment(model, p);
     set_up_scheme(spec, model, p.count);
     require_stable(spec.time, model, p);
-    return {std::move(model), std::move(p), spec.time};
+    return {std::move(model), std::move(p), spec.time, std::move(bodies)};
 }
 
 template Built<1> build(CaseSpec<1>, double);

@@ -1,6 +1,7 @@
 #include "setup/loads.hpp"
 
 #include "method/place.hpp"
+#include "setup/true_shape.hpp"
 
 #include <fmt/format.h>
 
@@ -119,19 +120,20 @@ void load_faces(const std::vector<TractionSpec<D>>& tractions, const BodySpec<D>
 {
     const Bounds<D> extent = extent_of(mesh);
     const Middle<D> middle = middle_of(body.shape);
+    const TrueAreas<D> areas(body.shape, mesh);
     for (std::size_t t = 0; t < tractions.size(); ++t) {
         const TractionSpec<D>& traction = tractions[t];
         if (traction.body != k) continue;
         std::vector<bool> found(traction.faces.size(), false);
-        auto is_chosen = [&](const Vec<D>& normal, const Vec<D>& center) {
-            if (is_on_seam(model, extent, normal, center)) return false;
+        auto share = [&](const Vec<D>& normal, const Vec<D>& center) {
+            if (is_on_seam(model, extent, normal, center)) return 0.0;
             bool chosen = false;
             for (std::size_t f = 0; f < traction.faces.size(); ++f)
                 if (looks(traction.faces[f], normal, middle.arm(center))) chosen = found[f] = true;
             if (chosen) require_value<D>(traction.traction.value, t, center);
-            return chosen;
+            return chosen ? areas.share(normal, center) : 0.0;
         };
-        add_loads<D>(model.loads, p, mesh, first, static_cast<int>(t), is_chosen);
+        add_loads<D>(model.loads, p, mesh, first, static_cast<int>(t), share);
         for (std::size_t f = 0; f < found.size(); ++f)
             if (!found[f])
                 fail(t, "face",

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -114,12 +115,37 @@ class Candidates {
     std::vector<std::pair<std::uint64_t, int>> bins_;
 };
 
+/// Boxes that overlap by less than half a particle hold no centre of the other's particles.
+template <int D>
+void require_boxes_apart(const std::vector<BodySpec<D>>& bodies, const Model<D>& model)
+{
+    constexpr double bearable = 0.01;  // of a sub-cell
+    for (std::size_t i = 0; i < bodies.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j) {
+            const auto *one = std::get_if<Bounds<D>>(&bodies[i].shape), *other = std::get_if<Bounds<D>>(&bodies[j].shape);
+            if (!one || !other) continue;
+            double shared = 1.0, particle = 1.0;
+            for (int a = 0; a < D; ++a) {
+                shared *= std::max(0.0, std::min(one->upper[a], other->upper[a]) - std::max(one->lower[a], other->lower[a]));
+                particle *= model.h[a] / std::max(bodies[i].particles_per_cell[a], bodies[j].particles_per_cell[a]);
+            }
+            if (shared <= bearable * particle) continue;
+            throw SetupError(
+                Part::body, static_cast<int>(i), "shape",
+                fmt::format("body \"{}\" overlaps body \"{}\": {:.3g} {} would be there twice, the mass of {:.2g} particles; "
+                            "move them apart",
+                            bodies[i].name, bodies[j].name, shared * model.materials[bodies[i].material].density,
+                            std::array{"kg/m^2", "kg/m", "kg"}[D - 1], shared / particle));
+        }
+}
+
 }  // namespace
 
 template <int D>
 void require_apart(const std::vector<BodySpec<D>>& bodies, std::vector<Seed<D>> seeds, const std::vector<int>& body,
                    const Model<D>& model)
 {
+    require_boxes_apart(bodies, model);
     // The seed of a mesh cell is a box of its volume, which reaches out of slender cells: less than half of it counts.
     for (std::size_t i = 0; i < seeds.size(); ++i)
         if (is_mesh(bodies[body[i]])) seeds[i].edges *= 0.4;

@@ -57,6 +57,7 @@ struct BodySpec {
     int material                = 0;  ///< index in CaseSpec::materials
     Index<D> particles_per_cell = Index<D>::filled(2);
     bool gauss                  = false;  ///< particles at Gauss' points of the cells, not in the middle of sub-cells
+    bool keeps_lattice_volumes  = false;  ///< of round bodies: particles on their faces have the volumes of whole sub-cells
     VectorField<D> velocity{};            ///< at the start, m/s
     VectorField<D> body_force{};          ///< per mass, in addition to gravity, m/s^2
 };
@@ -117,12 +118,21 @@ struct CaseSpec {
 /// Such as "x-min".
 std::string face_name(int axis, bool is_above);
 
+/// Of a body's particles at the start.
+struct BodyReport {
+    std::string name;
+    int particles = 0;
+    double mass = 0.0, volume = 0.0;         ///< kg, m^D
+    std::optional<double> true_volume = {};  ///< of its shape, if the particles do not fill it exactly, m^D
+};
+
 /// The checked input of a simulation.
 template <int D>
 struct Built {
     Model<D> model;
     Particles<D> particles;
     TimeSpec time;
+    std::vector<BodyReport> bodies;
 };
 
 }  // namespace ordo::setup

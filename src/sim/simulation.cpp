@@ -16,7 +16,10 @@ constexpr double kRounding = 1e-6;  // of a step
 
 template <int D>
 Simulation<D>::Simulation(setup::Built<D> built, const WatchSpec& watch, Warn warn)
-    : scheme_(make_scheme(std::move(built.model))), state_(scheme_->start(std::move(built.particles))), time_(built.time)
+    : scheme_(make_scheme(std::move(built.model))),
+      state_(scheme_->start(std::move(built.particles))),
+      time_(built.time),
+      bodies_(std::move(built.bodies))
 {
     if (!warn) warn = [](const std::string&) {};
     watch_.emplace(scheme_->model(), watch, std::move(warn));

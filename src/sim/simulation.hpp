@@ -38,6 +38,8 @@ class Simulation {
     State<D>& state() { return state_; }
     const State<D>& state() const { return state_; }
     const setup::TimeSpec& time() const { return time_; }
+    /// Of the start; empty for a simulation from a state.
+    const std::vector<setup::BodyReport>& bodies() const { return bodies_; }
     /// Null for a simulation that is not watched.
     Watch<D>* watch() { return watch_ ? &*watch_ : nullptr; }
 
@@ -64,6 +66,7 @@ class Simulation {
     std::unique_ptr<Scheme<D>> scheme_;
     State<D> state_;
     setup::TimeSpec time_;
+    std::vector<setup::BodyReport> bodies_;
     std::optional<Watch<D>> watch_;
     std::vector<Observer<D>*> observers_;
     bool has_begun_ = false;

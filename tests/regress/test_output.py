@@ -19,7 +19,7 @@ HISTORY = (
 FIELDS = ["displacement", "velocity", "stress", "deformation_gradient", "density", "mass", "volume", "pressure", "von_mises", "energy_density"]
 VERTEX, DOMAINS = 1, {1: 3, 2: 9, 3: 12}  # VTK's line, quad, hexahedron
 
-DEFORMING = edit(CASE, ("end = 0.01", "end = 0.2"), ("dt = 0.001", "dt = 0.01"), ("spacing = 0.25", "spacing = 0.125"), "velocity = '0.5*cos(4*x)'\n")
+DEFORMING = edit(CASE, ("radius = 0.25\n", "radius = 0.25\nvolumes = 'lattice'\n"), ("end = 0.01", "end = 0.2"), ("dt = 0.001", "dt = 0.01"), ("spacing = 0.25", "spacing = 0.125"), "velocity = '0.5*cos(4*x)'\n")
 STRETCHED_DISK = ["time.end=0.2", "body.0.velocity=['0.5*x', '-0.3*x*y']"]
 
 # Everything that the resolved case must carry to the next run.

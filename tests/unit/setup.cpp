@@ -1,6 +1,7 @@
 // Set-up from plain structs: what a program gives, and what it is told is wrong.
 #include "method/tables.hpp"
 #include "setup/build.hpp"
+#include "setup/true_shape.hpp"
 
 #include <gtest/gtest.h>
 
@@ -56,13 +57,118 @@ TEST(Setup, SeedsBodiesOfEveryShape)
 
     std::vector<double> mass(5);
     for (int i = 0; i < built.particles.count; ++i) mass[built.particles.body[i]] += built.particles.m[i];
-    EXPECT_NEAR(mass[0], 1000 * std::numbers::pi * 0.04, 10);
+    EXPECT_NEAR(mass[0], 1000 * std::numbers::pi * 0.04, 1e-9);
     EXPECT_NEAR(mass[1], 500 * 0.0625, 1e-9);
     EXPECT_NEAR(mass[2], 1000 * std::numbers::pi * 0.03 / 2, 1e-9);
     EXPECT_NEAR(mass[3], 10, 1e-12);
     EXPECT_NEAR(mass[4], 62.5, 1e-9);
     for (int i = 0; i < built.particles.count; ++i) EXPECT_EQ(built.particles.v[i][1], built.particles.body[i] == 1 ? 3.0 : 0.0);
     EXPECT_EQ(built.time.cfl, 0.4);
+}
+
+/// A disk, and half a ring whose ends are cut along the grid; a ball, and a quarter of a tube in 3D.
+template <int D>
+std::vector<std::pair<BodyShape<D>, std::vector<double>>> round_bodies()  // and the areas of their smooth faces
+{
+    const double pi = std::numbers::pi, r = 0.31, inner = 0.17;
+    if constexpr (D == 2) {
+        const Tube<2> half{.center = {0.52, 0.5}, .inner = inner, .outer = r, .from = 0.0, .to = pi};
+        return {{Ball<2>{{0.52, 0.47}, r}, {2 * pi * r}}, {TubeShape<2>{.tube = half}, {pi * r, pi * inner, 2 * (r - inner)}}};
+    } else {
+        const Tube<3> quarter{.center = {0.3, 0.2, 0.25},
+                              .inner  = inner,
+                              .outer  = r,
+                              .from   = 0.0,
+                              .to     = pi / 2,
+                              .axis   = 1,
+                              .bottom = 0.2,
+                              .top    = 0.7};
+        return {{Ball<3>{{0.52, 0.47, 0.49}, r}, {4 * pi * r * r}},
+                {TubeShape<3>{.tube = quarter},
+                 {0.5 * pi / 2 * r, 0.5 * pi / 2 * inner, 2 * 0.5 * (r - inner), 2 * pi / 4 * (r * r - inner * inner)}}};
+    }
+}
+
+template <int D>
+CaseSpec<D> round_case(const BodyShape<D>& shape, const char* preset)
+{
+    CaseSpec<D> spec{};
+    spec.method    = find_preset(preset)->spec;
+    spec.size      = Vec<D>::filled(1.0);
+    spec.spacing   = Vec<D>::filled(0.125);  // 2.5 cells a radius
+    spec.materials = {elastic_material(find_law("neo-hookean"), 1000.0, 1e4, 0.3)};
+    spec.bodies    = {{.shape = shape}};
+    spec.time      = {.end = 0.1};
+    return spec;
+}
+
+template <int D>
+void check_round_volumes()
+{
+    for (const auto& [shape, areas] : round_bodies<D>())
+        for (const char* preset : {"mpm", "cpdi1", "cpdi2", "cpdi2t"}) {
+            CaseSpec<D> spec                     = round_case<D>(shape, preset);
+            const double exact                   = *true_volume<D>(shape);
+            const BodyReport body                = build(spec).bodies[0];
+            spec.bodies[0].keeps_lattice_volumes = true;
+            const BodyReport lattice             = build(spec).bodies[0];
+            EXPECT_NEAR(body.volume, exact, 1e-13) << preset;
+            EXPECT_NEAR(body.mass, 1000 * exact, 1e-10) << preset;
+            EXPECT_EQ(body.particles, lattice.particles);
+            const double cells = lattice.volume / std::pow(0.0625, D);  // whole sub-cells
+            EXPECT_NEAR(cells, std::round(cells), 1e-9);
+            EXPECT_GT(std::fabs(lattice.volume / exact - 1), 1e-4) << "nothing is to be scaled";
+        }
+}
+TEST(Setup, RoundBodiesHaveTheirVolume)
+{
+    check_round_volumes<2>();
+    check_round_volumes<3>();
+}
+
+/// The force of a traction of 1 in a given direction is the area of the true surface, not of the stairs.
+template <int D>
+void check_round_areas()
+{
+    for (const auto& [shape, areas] : round_bodies<D>())
+        for (const char* preset : {"cpdi1", "cpdi2", "cpdi2t"}) {
+            CaseSpec<D> spec = round_case<D>(shape, preset);
+            spec.tractions   = {{.body = 0, .faces = {{}}, .traction = {.type = TractionType::dead}}};
+            double sum = 0, stairs = 0, exact = 0;
+            for (const Load<D>& load : build(spec).model.loads) {
+                sum += load.share * norm(load.area0);
+                stairs += norm(load.area0);
+            }
+            for (const double area : areas) exact += area;
+            EXPECT_NEAR(sum, exact, 1e-12) << preset;
+            EXPECT_GT(stairs, 1.05 * exact) << preset;
+
+            spec.tractions[0].faces = {{BodyFace::outer}};
+            sum                     = 0;
+            for (const Load<D>& load : build(spec).model.loads) sum += load.share * norm(load.area0);
+            EXPECT_NEAR(sum, areas[0], 1e-12) << preset;
+        }
+}
+TEST(Setup, RoundFacesHaveTheirArea)
+{
+    check_round_areas<2>();
+    check_round_areas<3>();
+}
+
+/// Overlaps too small for a centre to lie in another particle.
+TEST(Setup, RefusesBoxesThatOverlapByMoreThanAHundredthOfAParticle)
+{
+    const double particle = 0.0625 * 0.0625;
+    auto message          = [&](double depth) {
+        return refusal([&](CaseSpec<2>& s) {
+            s.bodies[0].shape = Bounds<2>{{0.25, 0.25}, {0.5, 0.5}};
+            s.bodies.push_back({.shape = Bounds<2>{{0.5 - depth, 0.25}, {0.75, 0.5}}});
+        });
+    };
+    EXPECT_EQ(message(0.0), "");
+    EXPECT_EQ(message(0.9 * 0.01 * particle / 0.25), "");
+    EXPECT_NE(message(1.1 * 0.01 * particle / 0.25).find("would be there twice, the mass of 0.011 particles"), std::string::npos);
+    EXPECT_NE(message(0.02).find("5 kg/m would be there twice"), std::string::npos);
 }
 
 TEST(Setup, FillsTheModel)
