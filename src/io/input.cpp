@@ -286,7 +286,7 @@ const Section<WatchInput>& watch_section()
             {&WatchInput::fatal, {.name = "fatal",
                 .what = "energy: it grows by more than energy_growth allows; time-step: a fixed dt that is too long for the "
                         "current particle speeds; dropped-pivots: fits with too few particles (no warning: they are in "
-                        "history.csv)",
+                        "history.csv); gaps: points that stretch has moved more than a cell apart, so that the body tears",
                 .choices = {WatchSpec::names.begin(), WatchSpec::names.end()}}},
             {&WatchInput::energy_growth, {.name = "energy_growth",
                 .what = "by how much the sum of kinetic, strain and gravitational energy may grow, as a fraction of kinetic and "

@@ -1,5 +1,6 @@
 #include "method/watch.hpp"
 
+#include "base/parallel.hpp"
 #include "method/courant.hpp"
 #include "method/diagnostics.hpp"
 #include "method/place.hpp"
@@ -66,6 +67,7 @@ void Watch<D>::after_step(const State<D>& s)
              fmt::format("step {}, t = {:.6g} s: {} pivots of fits were dropped, first near {}: too few samples for the degree; "
                          "use more particles per cell, a wider method.weight or a lower method.degree",
                          s.n, s.t, p.fit.dropped, place_text(p.dropped_at.c, D)));
+    look_for_gaps(s);
     if (!spec_.energy_growth) return;
     const Totals e                          = totals(model_, s.particles);
     auto& [at_start, potential, of_gravity] = energies_;
@@ -78,6 +80,36 @@ void Watch<D>::after_step(const State<D>& s)
              "J; {}; a smaller time step, scheme = \"musl\" or a method with particle domains (cpdi1) may help, or a larger "
              "limit if boundaries, tractions or body forces do work",
              s.n, s.t, growth, *spec_.energy_growth, at_start + of_gravity, fastest_particle(s)));
+}
+
+/// Points whose distance along the largest stretch has grown to a cell no longer share nodes: the body tears there.
+template <int D>
+void Watch<D>::look_for_gaps(const State<D>& s)
+{
+    constexpr long interval = 4;  // steps; looking at each particle costs some percent of a step
+    if (model_.method.domain != Domain::point || s.n % interval != 0) return;
+    const Particles<D>& p = s.particles;
+    const double h        = *std::min_element(model_.h.c, model_.h.c + D);
+    auto distance         = [&](std::ptrdiff_t i) {
+        double stretch = 0.0;
+        for (int a = 0; a < D; ++a) {
+            double square = 0.0;
+            for (int b = 0; b < D; ++b) square += p.F[i](b, a) * p.F[i](b, a);
+            stretch = std::max(stretch, square);
+        }
+        return std::sqrt(stretch) * std::pow(p.V0[i], 1.0 / D);
+    };
+    const double largest =
+        parallel_reduce(p.count, 0.0, distance, [](double& total, double one) { total = std::max(total, one); });
+    if (largest <= h) return;
+    int i = 0;
+    while (distance(i) < largest) ++i;
+    find(WatchSpec::gaps,
+         fmt::format(
+             "step {}, t = {:.6g} s: stretch has moved the particles of body {} near {} {:.3g} cells apart: points that share "
+             "no nodes lose contact, and the body tears there or leaves its boundary (numerical fracture); use a method with "
+             "particle domains, such as cpdi1, or more particles_per_cell",
+             s.n, s.t, p.body[i], place_text(p.x[i]), largest / h));
 }
 
 template <int D>

@@ -1,4 +1,4 @@
-// Watches a run for growing energy, a time step above the limit, and fits that samples do not determine. What ends every run is
+// Watches a run for growing energy, a time step above the limit, fits that samples do not determine, and points that lose contact. What ends every run is
 // checked by require_sound in explicit.cpp.
 #pragma once
 
@@ -14,10 +14,10 @@
 namespace ordo {
 
 struct WatchSpec {
-    enum Kind { energy, time_step, dropped_pivots, count };
-    static constexpr std::array<std::string_view, count> names{"energy", "time-step", "dropped-pivots"};
+    enum Kind { energy, time_step, dropped_pivots, gaps, count };
+    static constexpr std::array<std::string_view, count> names{"energy", "time-step", "dropped-pivots", "gaps"};
 
-    std::array<bool, count> is_fatal{true, false, false};
+    std::array<bool, count> is_fatal{true, false, false, false};
     /// By how much the sum of kinetic, strain and gravitational energy may grow, as a fraction of kinetic and strain energy at the
     /// start plus the largest change of gravitational energy since. Not watched if not given.
     std::optional<double> energy_growth;
@@ -48,6 +48,7 @@ class Watch {
 
   private:
     void require_energy() const;
+    void look_for_gaps(const State<D>& s);
     void find(WatchSpec::Kind kind, const std::string& message);
     std::string fastest_particle(const State<D>& s) const;
 

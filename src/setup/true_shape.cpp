@@ -95,7 +95,7 @@ std::vector<typename TrueAreas<D>::Smooth> TrueAreas<D>::faces_of(const BodyShap
             Vec<D> normal{};
             normal[D - 1 < tube.axis ? 0 : tube.axis] = side;
             r.push_back({section_of(tube),
-                         [=, level = level](const Vec<D>& x) { return std::fabs(dot(x, normal) * side - level); },
+                         [=, side = side, level = level](const Vec<D>& x) { return std::fabs(dot(x, normal) * side - level); },
                          [=](const Vec<D>&) { return normal; }});
         }
     }

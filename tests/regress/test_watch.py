@@ -73,3 +73,51 @@ class Watch(InTemporaryDirectory):
         self.run_good(case, "--output", "watched", "--set", "watch.energy_growth=1e3")
         plain, watched = contents(self.dir / "plain"), contents(self.dir / "watched")
         self.assertEqual([name for name in plain if plain[name] != watched[name]], ["case.toml"])
+
+
+HANGING = """\
+gravity = [0.0, -10.0]
+[grid]
+size = [0.6, 1.8]
+spacing = 0.1
+[time]
+end = 0.5
+[[material]]
+name = "rubber"
+density = 1000.0
+young = 2e4
+poisson = 0.3
+[[body]]
+material = "rubber"
+shape = "box"
+lower = [0.2, 0.8]
+upper = [0.4, 1.8]
+[[boundary]]
+face = "y-max"
+type = "fixed"
+"""
+
+
+class Gaps(InTemporaryDirectory):
+    """A beam hangs from its upper end and stretches to twice its length there: points tear off their clamp, domains do not."""
+
+    def hang(self, preset, *more):
+        self.write("case.toml", HANGING)
+        return ordo("run", "case.toml", "--quiet", "--overwrite", "--set", f"method.preset={preset}", *more, cwd=self.dir)
+
+    def test_points_that_lose_contact(self):
+        for preset in ("apic", "bsmpm", "polypic", "ddmpm"):
+            with self.subTest(preset):
+                done = self.hang(preset)
+                self.assertIn("particles of body 0", done.stderr)
+                self.assertIn("(numerical fracture); use a method with particle domains, such as cpdi1", done.stderr)
+                self.assertNotIn("numerical fracture", self.hang(preset, "--set", "material.0.young=3e4").stderr)
+        done = self.hang("apic", "--set", "watch.fatal=['gaps']")
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, r"the run failed: step \d+, t = .*\(numerical fracture\)")
+
+    def test_domains_hold(self):
+        for preset in ("cpdi1", "bscpdi2"):
+            with self.subTest(preset):
+                done = self.hang(preset, "--set", "time.end=1")
+                self.assertEqual((done.returncode, done.stderr), (0, ""))
