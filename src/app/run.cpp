@@ -3,12 +3,14 @@
 #include "io/build.hpp"
 #include "io/message.hpp"
 #include "io/observers.hpp"
+#include "io/vtk.hpp"
 #include "method/courant.hpp"
 #include "setup/time_step.hpp"
 #include "sim/simulation.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <csignal>
@@ -173,6 +175,11 @@ int check_case(const io::CaseInput& input)
     fmt::print("{}", io::echo_case(input));
     fmt::print("\n# {} particles, {} cells, dt = {:.4g} s at the start (Courant number {:.3g}), about {:.0f} steps\n",
                particles.count, cells, dt, dt / unit, std::ceil(input.time.end / dt - 1e-9));
+    const auto frame = static_cast<double>(io::size_of_frame(sim.model(), sim.state(), io::style_of(input.output)));
+    const double many =
+        std::min(std::floor(input.time.end / *input.output.interval + 1e-9) + 2, std::ceil(input.time.end / dt - 1e-9) + 1);
+    fmt::print("# a file of particles takes {:.3g} MB{}, about {:.0f} of them {:.3g} MB\n", frame / 1e6,
+               input.output.compression == "none" ? "" : " before compression", many, many * frame / 1e6);
     for (const setup::BodyReport& b : sim.bodies()) print_body(b, D);
     if (io::has_results(input.output.directory))
         fmt::print("# {} holds results: ordo run needs --overwrite, --restart or another --output\n", input.output.directory);

@@ -254,6 +254,13 @@ const Section<OutputInput>& output_section()
                 {&OutputInput::interval, {.name = "interval",
                     .what = "time between particle files", .unit = "s", .default_text = "end/50", .min = 0, .open_min = true}},
                 {&OutputInput::fields, {.name = "fields", .what = "particle fields to write", .choices = names}},
+                {&OutputInput::particles, {.name = "particles",
+                    .what = "domains: drawn as the method has them; points: their centres only, as one cell", .choices = {"domains", "points"}}},
+                {&OutputInput::every, {.name = "every", .what = "write each n-th particle only", .min = 1}},
+                {&OutputInput::precision, {.name = "precision",
+                    .what = "of real numbers in files of particles", .choices = {"float64", "float32"}}},
+                {&OutputInput::compression, {.name = "compression",
+                    .what = "of files of particles", .choices = {"none", "zlib"}}},
                 {&OutputInput::grid, {.name = "grid", .what = "write the grid too, grid_*.vti"}},
                 {&OutputInput::history_interval, {.name = "history_interval",
                     .what = "steps between rows of history.csv and of probes", .min = 1}}}};

@@ -72,8 +72,10 @@ struct OutputInput : Located {
     std::string directory;
     std::optional<double> interval;
     std::vector<std::string> fields = {"displacement", "velocity", "stress", "density"};
-    bool grid                       = false;
-    int history_interval            = 1;
+    std::string particles = "domains", precision = "float64", compression = "none";
+    int every            = 1;
+    bool grid            = false;
+    int history_interval = 1;
 };
 
 struct CheckpointInput : Located {

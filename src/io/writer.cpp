@@ -36,6 +36,11 @@ std::string values(const Vec<D>& v)
 
 }  // namespace
 
+FrameStyle style_of(const OutputInput& in)
+{
+    return {in.fields, in.precision == "float32", in.compression == "zlib", in.particles == "points", in.every};
+}
+
 template <int D>
 Writer<D>::Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, const Particles<D>& particles)
     : input_(input), model_(model), directory_(directory)
@@ -226,7 +231,7 @@ void Writer<D>::frame(State<D>& s)
 {
     if (written_.frame_step == s.n) return;
     const std::size_t number = written_.frames.size();
-    write_particles(directory_.file(frame_file("particles", number)), model_, s, input_.output.fields);
+    write_particles(directory_.file(frame_file("particles", number)), model_, s, style_of(input_.output));
     if (input_.output.grid && s.n > 0) {
         write_grid(directory_.file(frame_file("grid", number)), s);
         written_.grid_frames.push_back(static_cast<std::int32_t>(number));

@@ -15,6 +15,9 @@
 
 namespace ordo::io {
 
+/// What [output] says of files of particles.
+FrameStyle style_of(const OutputInput& input);
+
 /// Writes rows and frames when they are due, at the start, at the end and after a failure.
 template <int D>
 class Writer : public Observer<D> {

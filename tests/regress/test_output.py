@@ -4,9 +4,11 @@ Bodies deform by an initial velocity that varies in space, so that no energy or 
 """
 
 import itertools
+import re
 
 import numpy
 import vtk
+from vtk.util.numpy_support import vtk_to_numpy
 
 from harness import CASE, PRESETS, TWO_DISKS, InTemporaryDirectory, arrays, contents, edit, frames, history, ordo, particle_data, read_vtk
 
@@ -167,6 +169,53 @@ class Output(InTemporaryDirectory):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(contents(elsewhere / "second"), contents(self.dir / "first"))
         self.assertEqual({p.name for p in self.dir.glob("first/*.csv")}, {"history.csv", "probe_tip.csv", "probe_middle.csv"})
+
+    def test_compact_files(self):
+        """Reals of 32 bits, zlib, points in the place of domains, some of the particles: the same numbers, in fewer bytes."""
+        many = edit(DEFORMING, ("spacing = 0.125", "spacing = 0.0078125"), ("end = 0.2", "end = 0.001"), ("dt = 0.01", "dt = 0.0005"))
+        for case, preset in ((many, "cpdi1"), (many, "mpm"), (DEFORMING, "cpdi2t"), (edit(DEFORMING, ("dim = 2", "dim = 3")), "cpdi2")):
+            self.write("case.toml", case)
+            self.run_good("case.toml", "--output", "whole", "--set", f"method.preset={preset}", "--set", "output.fields=['velocity', 'stress', 'density']")
+            first, last = (frames(self.dir / "whole")[k][1] for k in (0, -1))
+            whole = read_vtk(last)
+            for single, packed, points, every in itertools.product((False, True), (False, True), (False, True), (1, 3)):
+                with self.subTest(preset=preset, single=single, packed=packed, points=points, every=every):
+                    style = {"precision": "float32" if single else "float64", "compression": "zlib" if packed else "none",
+                             "particles": "points" if points else "domains", "every": every}
+                    words = [w for key, value in style.items() for w in ("--set", f"output.{key}={value}")]
+                    self.run_good("case.toml", "--output", "out", "--set", f"method.preset={preset}", "--set", "output.fields=['velocity', 'stress', 'density']", *words)
+                    some = read_vtk(frames(self.dir / "out")[-1][1])
+                    self.check_compact(some, whole, single, points, every)
+                    if packed:
+                        self.assertLess((self.dir / "out" / first.name).stat().st_size, first.stat().st_size)
+
+    def check_compact(self, some, whole, single, points, every):
+        tolerance = 1e-7 if single else 0.0
+        got, wanted = particle_data(some), particle_data(whole)
+        self.assertEqual(set(wanted) - set(got), {"position"} if points and "position" in wanted else set())
+        for name, values in got.items():
+            self.assertEqual(values.dtype, numpy.float32 if single and wanted[name].dtype == numpy.float64 else wanted[name].dtype, name)
+            self.assert_close(values, wanted[name][::every], scale=numpy.max(numpy.abs(wanted[name])), tolerance=tolerance)
+        places = vtk_to_numpy(some.GetPoints().GetData())
+        if points:
+            self.assertEqual(some.GetNumberOfCells(), 1)
+            centres = wanted["position"] if "position" in wanted else vtk_to_numpy(whole.GetPoints().GetData())
+            self.assert_close(places, centres[::every], scale=1.0, tolerance=tolerance)
+        else:
+            corners = vtk_to_numpy(whole.GetPoints().GetData()).reshape(whole.GetNumberOfCells(), -1, 3)[::every]
+            self.assertEqual(some.GetNumberOfCells(), len(corners))
+            self.assert_close(places, corners.reshape(-1, 3), scale=1.0, tolerance=tolerance)
+        attributes = some.GetCellData() if some.GetCellData().GetNumberOfArrays() else some.GetPointData()
+        stress = attributes.GetArray("stress")
+        self.assertEqual([stress.GetComponentName(c) for c in range(9)], [a + b for a in "xyz" for b in "xyz"])
+
+    def test_check_says_how_large_files_are(self):
+        self.write("case.toml", DEFORMING)
+        self.run_good("case.toml", "--output", "out")
+        done = ordo("check", "case.toml", cwd=self.dir)
+        size, count = re.search(r"# a file of particles takes (\S+) MB, about (\d+) of them", done.stdout).groups()
+        self.assertAlmostEqual(float(size) / ((self.dir / "out" / "particles_000001.vtu").stat().st_size / 1e6), 1, delta=0.02)
+        self.assertLessEqual(abs(len(frames(self.dir / "out")) - int(count)), 1)
 
     def test_displacement_across_a_periodic_face(self):
         case = edit(CASE, ("end = 0.01", "end = 0.2"), "velocity = [5, 0]\n[[boundary]]\nface = 'x-min'\ntype = 'periodic'\n[[probe]]\nname = 'p'\nparticle = 0.5\n")
