@@ -3,8 +3,8 @@
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "io/message.hpp"
+#include "io/program.hpp"
 #include "io/schema.hpp"
-#include "ordo_version.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -166,7 +166,7 @@ void require_known_command(const CLI::App& cli, const std::string& given)
 int dispatch(int argc, char** argv)
 {
     CLI::App cli{"ordo: a material point method of accurate order at large deformation"};
-    cli.set_version_flag("--version", fmt::format("ordo {} ({})", ORDO_VERSION, ORDO_COMMIT));
+    cli.set_version_flag("--version", io::version_text());
     cli.require_subcommand(1);
 
     CommandLine line;

@@ -94,6 +94,7 @@ void announce(const io::CaseInput& input, const Simulation<D>& sim, bool is_rest
     io::say("{}: {}D, {} particles, {} on {} thread{}\n", input.title.empty() ? "ordo" : input.title, D, s.particles.count,
             input.method.preset, thread_count(), thread_count() > 1 ? "s" : "");
     if (is_restart) io::say("continues from step {}, t = {:.6g} s\n", s.n, s.t);
+    for (const std::string& note : sim.notes()) io::say("ordo: note: {}\n", note);
     warn_of_instability(sim.model().method);
 }
 
@@ -181,6 +182,7 @@ int check_case(const io::CaseInput& input)
     fmt::print("# a file of particles takes {:.3g} MB{}, about {:.0f} of them {:.3g} MB\n", frame / 1e6,
                input.output.compression == "none" ? "" : " before compression", many, many * frame / 1e6);
     for (const setup::BodyReport& b : sim.bodies()) print_body(b, D);
+    for (const std::string& note : sim.notes()) fmt::print("# note: {}\n", note);
     if (io::has_results(input.output.directory))
         fmt::print("# {} holds results: ordo run needs --overwrite, --restart or another --output\n", input.output.directory);
     warn_of_instability(sim.model().method);

@@ -4,8 +4,10 @@
 #include "io/load.hpp"
 #include "io/mesh_file.hpp"
 #include "io/particle_file.hpp"
+#include "method/place.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -195,13 +197,44 @@ const BoundaryInput& table_of(const std::vector<BoundaryInput>& boundaries, int 
     fail_at(b, e, b.value);
 }
 
+/// The nearest particle to a place; those that were first in the input among equals.
+template <int D>
+int nearest(const Particles<D>& p, const Vec<D>& at)
+{
+    int best     = -1;
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < p.count; ++i)
+        if (const double d = norm(p.x[i] - at); d < least) {
+            least = d;
+            best  = i;
+        }
+    return best;
+}
+
+template <int D>
+void require_probes_in_bodies(const CaseInput& in, const Built<D>& built)
+{
+    for (const ProbeInput& probe : in.probes) {
+        if (probe.particle.empty()) continue;
+        const Vec<D> at = to_vec<D>(probe.particle), x = built.particles.x[nearest(built.particles, at)];
+        for (int a = 0; a < D; ++a)
+            if (std::fabs(x[a] - at[a]) > built.model.h[a])
+                probe.fail("particle",
+                           fmt::format("lies outside every body: the nearest particle is at {}; give a place in a body, or "
+                                       "point to watch a fixed place",
+                                       place_text(x)));
+    }
+}
+
 }  // namespace
 
 template <int D>
 Built<D> build(const CaseInput& in, double most_particles)
 {
     try {
-        return setup::build(spec_of<D>(in), most_particles);
+        Built<D> built = setup::build(spec_of<D>(in), most_particles);
+        require_probes_in_bodies(in, built);
+        return built;
     } catch (const setup::SetupError& e) {
         fail_in_file(in, e);
     }
@@ -218,16 +251,7 @@ Built<D> load(const std::filesystem::path& file, const std::vector<std::string>&
 template <int D>
 int nearest_particle(const Particles<D>& particles, const Vec<D>& at)
 {
-    int best     = -1;
-    double least = std::numeric_limits<double>::infinity();
-    for (int i = 0; i < particles.count; ++i) {
-        const double d = norm(particles.x[i] - at);
-        if (d < least) {
-            least = d;
-            best  = particles.id[i];
-        }
-    }
-    return best;
+    return particles.id[nearest(particles, at)];
 }
 
 template Built<1> build(const CaseInput&, double);

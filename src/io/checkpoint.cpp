@@ -3,6 +3,7 @@
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
 #include "io/message.hpp"
+#include "io/program.hpp"
 #include "io/schema.hpp"
 #include "method/layout.hpp"
 #include "ordo_version.hpp"
@@ -25,21 +26,6 @@ constexpr std::size_t kHead       = 512;  ///< bytes of text before HDF5 begins 
 constexpr std::string_view kFirst = "ordo checkpoint\n";
 
 // ---- the file as a whole ----------------------------------------------------------------------------------------------
-
-/// What the last digits of results depend on: sources, compiler, and the widest instructions that it may use.
-std::string this_program()
-{
-#if defined(__AVX512F__)
-    constexpr std::string_view width = "avx512";
-#elif defined(__AVX2__)
-    constexpr std::string_view width = "avx2";
-#else
-    constexpr std::string_view width = "any";
-#endif
-    std::string r = fmt::format("{}/{}/{}", ORDO_COMMIT, __VERSION__, width);
-    std::replace(r.begin(), r.end(), ' ', '-');
-    return r;
-}
 
 /// The text at the start, padded with zeros.
 struct Head {
@@ -82,6 +68,8 @@ void seal(const std::filesystem::path& path)
 std::string require_whole(const std::filesystem::path& path)
 {
     std::error_code failure;
+    if (std::filesystem::is_directory(path, failure))
+        throw InputError("it is a directory; give a checkpoint in it, or --output " + path.string() + " --restart latest");
     if (!std::filesystem::is_regular_file(path, failure)) throw InputError("there is no such file");
     std::ifstream file(path, std::ios::binary);
     if (!file) throw InputError("it cannot be read");

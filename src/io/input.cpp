@@ -41,7 +41,8 @@ const Section<GridInput>& grid_section()
         .name = "grid", .what = "The background grid: a box of equal cells.",
         .keys = {
             {&GridInput::dim, {.name = "dim",
-                .what = "number of dimensions: 1 (uniaxial strain), 2 (plane strain) or 3", .min = 1, .max = 3}},
+                .what = "number of dimensions: 1 (uniaxial strain), 2 (plane strain) or 3", .default_text = "as many as size has, else 2",
+                .min = 1, .max = 3}},
             {&GridInput::origin, {.name = "origin",
                 .what = "smallest coordinates", .unit = "m", .default_text = "0 per axis", .per_axis = true}},
             {&GridInput::size, {.name = "size",
@@ -364,11 +365,14 @@ toml::table parse_file(const std::filesystem::path& file)
     std::ifstream in(file, std::ios::binary);
     if (!in)
         throw InputError(file.string() + ": cannot be opened; give the path of a case file, such as cases/two-disks/case.toml");
-    std::stringstream text;
-    text << in.rdbuf();
-    require_short_keys(file, text.str());
+    constexpr std::size_t most = std::size_t{1} << 24;  // bytes; devices may never end
+    std::string text(most + 1, '\0');
+    in.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(in.gcount()));
+    if (text.size() > most) throw InputError(file.string() + ": is larger than 16 MB; that is no case file");
+    require_short_keys(file, text);
     try {
-        return toml::parse(text.str(), file.string());
+        return toml::parse(text, file.string());
     } catch (const toml::parse_error& e) {
         const auto& at = e.source().begin;
         throw InputError(
@@ -481,6 +485,8 @@ int read_dim(const toml::table& root)
     if (const toml::node* node = root.at_path("grid.dim").node()) {
         const auto& key = grid_section().keys.front();
         ValueReader{key.info, "grid.dim", place_of(*node), 0}.read(*node, grid.dim);
+    } else if (const toml::array* size = root.at_path("grid.size").as_array(); size && !size->empty() && size->size() <= 3) {
+        grid.dim = static_cast<int>(size->size());
     }
     return grid.dim;
 }
@@ -533,6 +539,11 @@ void resolve_elasticity(const MaterialInput& in, const LawRow& law, Material& m)
         return;
     }
     if (count == 2 && in.young && in.poisson) {
+        if (*in.poisson > 0.5 - 1e-6)
+            in.fail("poisson",
+                    fmt::format("must be at most 0.499999 (got {:.9g}): the bulk modulus grows without limit towards 0.5, and "
+                                "the time step shrinks to nothing; 0.49 is nearly incompressible",
+                                *in.poisson));
         m = elastic_material(m.law, in.density, *in.young, *in.poisson);
     } else if (count == 2 && in.lambda && in.mu) {
         m.lambda = *in.lambda;
@@ -854,6 +865,7 @@ CaseInput read_case(const std::filesystem::path& file, const std::vector<std::st
                {"grid", "method", "time", "material", "body", "boundary", "traction", "output", "checkpoint", "watch", "probe"});
     c.place = top;
     read_single(root, grid_section(), dim, c.grid, top);
+    c.grid.dim = dim;
     read_single(root, method_section(), dim, c.method, top);
     read_single(root, time_section(), dim, c.time, top);
     read_repeated(root, material_section(), dim, c.materials);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 
 namespace ordo::io {
@@ -65,6 +66,8 @@ std::vector<std::string> read_header(const std::vector<Cell>& cells, const Colum
 {
     std::vector<std::string> header;
     for (const Cell& c : cells) {
+        if (c.text.find(';') != std::string::npos || c.text.find('\t') != std::string::npos)
+            fail(place_of(c, line), "header", "has semicolons or tabs; columns must be separated by commas");
         if (!has(columns.known, c.text))
             fail(place_of(c, line), "header", "there is no column \"" + c.text + "\". " + suggestion(c.text, columns.known));
         if (has(header, c.text)) fail(place_of(c, line), "header", "the column \"" + c.text + "\" is there twice");
@@ -129,11 +132,26 @@ Seed<D> read_particle(const std::vector<Cell>& cells, const std::vector<std::str
     return seed;
 }
 
+/// Like std::getline, for files that may be devices without end or newline.
+bool read_line(std::istream& in, std::string& line, const Place& place)
+{
+    constexpr std::size_t most = 1 << 16;
+    line.clear();
+    char c = 0;
+    while (in.get(c) && c != '\n') {
+        line += c;
+        if (line.size() > most) fail(place, "line", fmt::format("has more than {} letters; that is no file of particles", most));
+    }
+    return static_cast<bool>(in) || !line.empty();
+}
+
 }  // namespace
 
 template <int D>
 std::vector<Seed<D>> read_particles(const BodyInput& body)
 {
+    if (std::error_code none; std::filesystem::is_directory(body.file, none))
+        body.fail("file", "\"" + body.file + "\" is a directory; give a CSV file");
     std::ifstream in(body.file);
     if (!in) body.fail("file", "\"" + body.file + "\" cannot be opened; paths are relative to the case file");
 
@@ -141,7 +159,7 @@ std::vector<Seed<D>> read_particles(const BodyInput& body)
     std::vector<std::string> header;
     std::vector<Seed<D>> seeds;
     std::string line;
-    for (int number = 1; std::getline(in, line); ++number) {
+    for (int number = 1; read_line(in, line, {body.file, number, 1}); ++number) {
         if (number == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // the UTF-8 mark that some programs write
         if (is_blank_or_comment(line)) continue;
         const std::vector<Cell> cells = split(line);

@@ -147,17 +147,20 @@ void DirectoryLock::refuse(std::string_view holder, std::string_view remedy) con
                                  file_.parent_path().string(), holder, remedy));
 }
 
-RunDirectory::Made::Made(const std::filesystem::path& p) : path(p)
+RunDirectory::Made::Made(const std::filesystem::path& path)
 {
     std::error_code failure;
-    is_new = std::filesystem::create_directories(path, failure);
+    for (auto p                                                           = std::filesystem::absolute(path).lexically_normal();
+         p.has_relative_path() && !std::filesystem::exists(p, failure); p = p.parent_path())
+        new_ones.push_back(p);
+    std::filesystem::create_directories(path, failure);
     if (failure) throw OutputError(fmt::format("{}: cannot be made: {}", path.string(), failure.message()));
 }
 
 RunDirectory::Made::~Made()
 {
     std::error_code none;
-    if (is_new) std::filesystem::remove(path, none);  // fails if it is not empty
+    for (const auto& p : new_ones) std::filesystem::remove(p, none);  // fails if it is not empty
 }
 
 RunDirectory::RunDirectory(const OutputInput& output, Earlier earlier) : path_(output.directory), made_(path_), lock_(path_)

@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace ordo::io {
 
@@ -52,12 +53,11 @@ class RunDirectory {
     const std::set<std::string>& files() const { return files_; }
 
   private:
-    /// The directory; it goes again if it was made here and nothing came into it.
+    /// The directory and those above it; what was made here and stays empty goes again.
     struct Made {
         explicit Made(const std::filesystem::path& path);
         ~Made();
-        const std::filesystem::path& path;
-        bool is_new = false;
+        std::vector<std::filesystem::path> new_ones;  ///< the deepest first
     };
     void write_list() const;
 

@@ -1,7 +1,9 @@
 #include "io/schema.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 namespace ordo::io {
@@ -53,6 +55,44 @@ std::string describe(const toml::node& node)
 
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates)
 {
+    // What others call it; each is taken only where it is a candidate.
+    static const std::multimap<std::string, std::string, std::less<>> synonyms{{"sphere", "ball"},
+                                                                               {"disk", "ball"},
+                                                                               {"disc", "ball"},
+                                                                               {"circle", "ball"},
+                                                                               {"tube", "cylinder"},
+                                                                               {"pipe", "cylinder"},
+                                                                               {"annulus", "ring"},
+                                                                               {"cube", "box"},
+                                                                               {"block", "box"},
+                                                                               {"rectangle", "box"},
+                                                                               {"square", "box"},
+                                                                               {"points", "particles"},
+                                                                               {"linear", "hat"},
+                                                                               {"tent", "hat"},
+                                                                               {"quadratic", "bspline2"},
+                                                                               {"cubic", "bspline3"},
+                                                                               {"quartic", "bspline4"},
+                                                                               {"quintic", "bspline5"},
+                                                                               {"gimp", "ugimp"},
+                                                                               {"cpdi", "cpdi1"},
+                                                                               {"mlsmpm", "mls-mpm"},
+                                                                               {"slip", "symmetry"},
+                                                                               {"roller", "symmetry"},
+                                                                               {"clamped", "fixed"},
+                                                                               {"floor", "wall"},
+                                                                               {"rigid", "wall"},
+                                                                               {"dirichlet", "velocity"},
+                                                                               {"neohookean", "neo-hookean"},
+                                                                               {"hyperelastic", "neo-hookean"}};
+    std::string lower(word);
+    std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    auto is_candidate = [&](const std::string& c) {
+        return std::find(candidates.begin(), candidates.end(), c) != candidates.end();
+    };
+    if (is_candidate(lower)) return lower;
+    for (auto [it, end] = synonyms.equal_range(lower); it != end; ++it)
+        if (is_candidate(it->second)) return it->second;
     std::string best;
     std::size_t least = word.size() / 3 + 2;
     for (const std::string& c : candidates) {
@@ -125,6 +165,10 @@ void ValueReader::read(const toml::node& node, std::string& out) const
 {
     if (!node.is_string()) fail(place, path, "must be a string (got " + describe(node) + ")");
     out = node.value_or(std::string());
+    if (std::any_of(out.begin(), out.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }))
+        fail(place, path, fmt::format("must not hold control characters (got {})", to_toml(out)));
+    if (constexpr std::size_t most = 200; (info.name == "name" || info.name == "title") && out.size() > most)
+        fail(place, path, fmt::format("must have at most {} letters (got {})", most, out.size()));
     if (!info.choices.empty() && std::find(info.choices.begin(), info.choices.end(), out) == info.choices.end()) {
         std::string all;
         for (const std::string& c : info.choices) all += (all.empty() ? "" : ", ") + c;

@@ -5,6 +5,7 @@
 #include "setup/conditions.hpp"
 #include "setup/inside.hpp"
 #include "setup/loads.hpp"
+#include "setup/notes.hpp"
 #include "setup/overlap.hpp"
 #include "setup/schemes.hpp"
 #include "setup/seeding.hpp"
@@ -215,6 +216,7 @@ Built<D> build(CaseSpec<D> spec, double most_particles)
     require_apart(spec.bodies, seeded.seeds, seeded.body_of, model);
 
     Particles<D> p(seeded.first.back(), field_groups(model));
+    std::vector<std::string> notes = notes_on(spec, seeded.seeds, seeded.body_of, model);
     std::vector<BodyReport> bodies;
     for (std::size_t n = 0; n < spec.bodies.size(); ++n) {
         const int k = static_cast<int>(n);
@@ -226,7 +228,7 @@ Built<D> build(CaseSpec<D> spec, double most_particles)
     if (has_enrichment(model.method)) set_up_enrichment(model, p);
     set_up_scheme(spec, model, p.count);
     require_stable(spec.time, model, p);
-    return {std::move(model), std::move(p), spec.time, std::move(bodies)};
+    return {std::move(model), std::move(p), spec.time, std::move(bodies), std::move(notes)};
 }
 
 template Built<1> build(CaseSpec<1>, double);

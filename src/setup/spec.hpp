@@ -133,6 +133,7 @@ struct Built {
     Particles<D> particles;
     TimeSpec time;
     std::vector<BodyReport> bodies;
+    std::vector<std::string> notes;  ///< what a user may not expect
 };
 
 }  // namespace ordo::setup

@@ -19,7 +19,8 @@ Simulation<D>::Simulation(setup::Built<D> built, const WatchSpec& watch, Warn wa
     : scheme_(make_scheme(std::move(built.model))),
       state_(scheme_->start(std::move(built.particles))),
       time_(built.time),
-      bodies_(std::move(built.bodies))
+      bodies_(std::move(built.bodies)),
+      notes_(std::move(built.notes))
 {
     if (!warn) warn = [](const std::string&) {};
     watch_.emplace(scheme_->model(), watch, std::move(warn));

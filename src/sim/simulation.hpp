@@ -40,6 +40,8 @@ class Simulation {
     const setup::TimeSpec& time() const { return time_; }
     /// Of the start; empty for a simulation from a state.
     const std::vector<setup::BodyReport>& bodies() const { return bodies_; }
+    /// What a user of the case may not expect; empty for a simulation from a state.
+    const std::vector<std::string>& notes() const { return notes_; }
     /// Null for a simulation that is not watched.
     Watch<D>* watch() { return watch_ ? &*watch_ : nullptr; }
 
@@ -67,6 +69,7 @@ class Simulation {
     State<D> state_;
     setup::TimeSpec time_;
     std::vector<setup::BodyReport> bodies_;
+    std::vector<std::string> notes_;
     std::optional<Watch<D>> watch_;
     std::vector<Observer<D>*> observers_;
     bool has_begun_ = false;

@@ -57,7 +57,8 @@ class Commands(InTemporaryDirectory):
                 self.assertIn("--help", self.good(*command, "--help"))
 
     def test_version(self):
-        self.assertRegex(self.good("--version"), r"^ordo \d+\.\d+\.\d+ \(\w+\)\n$")
+        self.assertRegex(self.good("--version"), r"^ordo \d+\.\d+\.\d+ \(\w+\)\ncompiler +(g\+\+|.*[Cc]lang) .+\n"
+                         r"instructions +(avx512|avx2|any)\nOpenMP +(yes|no)\nHDF5 +(yes|no) \(checkpoints\)\nGmsh +(yes|no) \(meshes\)\n$")
 
     def test_check_prints_a_valid_case(self):
         for name, text in (("minimal", CASE), ("two disks", (ROOT / "cases/two-disks/case.toml").read_text())):

@@ -106,8 +106,9 @@ class Results(Directory):
         self.assertIn("# out holds results", done.stdout)
 
     def test_a_refused_restart_leaves_no_directory(self):
-        self.assertEqual(self.run_case("--restart", "latest").returncode, 2)
-        self.assertFalse((self.dir / "out").exists())
+        done = ordo("run", "case.toml", "--output", "some/where/out", "--restart", "latest", cwd=self.dir)
+        self.assertEqual(done.returncode, 2)
+        self.assertEqual([p.name for p in self.dir.iterdir()], ["case.toml"])
 
 
 class TwoRuns(Directory):

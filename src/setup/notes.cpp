@@ -1,0 +1,123 @@
+#include "setup/notes.hpp"
+
+#include "setup/inside.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <set>
+#include <unordered_map>
+
+namespace ordo::setup {
+
+namespace {
+
+template <int D>
+void note_thin_boxes(const CaseSpec<D>& spec, const Model<D>& model, std::vector<std::string>& notes)
+{
+    for (const BodySpec<D>& b : spec.bodies) {
+        const auto* box = std::get_if<Bounds<D>>(&b.shape);
+        for (int a = 0; box && a < D; ++a)
+            if (box->upper[a] - box->lower[a] < 1.5 * model.h[a] / b.particles_per_cell[a] && b.particles_per_cell[a] > 1)
+                notes.push_back(
+                    fmt::format("body \"{}\" is one particle thick along {}: it cannot bend, and cells there hold too few "
+                                "particles; refine [grid] spacing or use more particles_per_cell",
+                                b.name, "xyz"[a]));
+    }
+}
+
+/// A clamp or a grip that holds no body is most likely misplaced.
+template <int D>
+void note_idle_conditions(const CaseSpec<D>& spec, const std::vector<Seed<D>>& seeds, const Model<D>& model,
+                          std::vector<std::string>& notes)
+{
+    for (const BoundarySpec<D>& b : spec.boundaries) {
+        if (b.type != FaceType::fixed && b.type != FaceType::velocity) continue;
+        const double at = b.at.value_or(model.face(b.axis, b.is_above));
+        double nearest  = HUGE_VAL;
+        for (const Seed<D>& s : seeds)
+            nearest = std::min(nearest, (b.is_above ? at - s.x[b.axis] : s.x[b.axis] - at) - reach_of_domain(s)[b.axis]);
+        if (nearest > model.h[b.axis])
+            notes.push_back(fmt::format("the boundary {} = {} ({}) holds no body at the start: the nearest is {:.3g} m away",
+                                        "xyz"[b.axis], at, b.type == FaceType::fixed ? "fixed" : "velocity", nearest));
+    }
+}
+
+/// The cells of the grid that a body fills, by one number each.
+template <int D>
+struct Cells {
+    const Model<D>& model;
+
+    Index<D> at(const Vec<D>& x) const
+    {
+        Index<D> k{};
+        for (int a = 0; a < D; ++a)
+            k[a] = static_cast<int>(std::clamp((x[a] - model.origin[a]) / model.h[a], 0.0, model.cells[a] - 0.5));
+        return k;
+    }
+    std::uint64_t number(const Index<D>& k) const
+    {
+        std::uint64_t r = 0;
+        for (int a = D - 1; a >= 0; --a) r = r * static_cast<std::uint64_t>(model.cells[a]) + static_cast<std::uint64_t>(k[a]);
+        return r;
+    }
+};
+
+template <int D>
+void note_bodies_that_stick(const CaseSpec<D>& spec, const std::vector<Seed<D>>& seeds, const std::vector<int>& body,
+                            const Model<D>& model, std::vector<std::string>& notes)
+{
+    if (spec.bodies.size() < 2 || spec.method.enrichment == Enrichment::all) return;
+    const Cells<D> cells{model};
+    std::unordered_map<std::uint64_t, int> owner;  // of each cell; the first of several
+    std::set<std::pair<int, int>> pairs;
+    auto meet = [&](int one, int other) {
+        if (one != other) pairs.insert(std::minmax(one, other));
+    };
+    std::vector<std::pair<Index<D>, int>> filled;
+    for (std::size_t i = 0; i < seeds.size(); ++i) {
+        const Vec<D> inner = (1 - 1e-6) * reach_of_domain(seeds[i]);
+        const Index<D> low = cells.at(seeds[i].x - inner), high = cells.at(seeds[i].x + inner);
+        IndexBox<D>{low, high + Index<D>::filled(1)}.for_each([&](const Index<D>& k) {
+            const auto [it, is_new] = owner.emplace(cells.number(k), body[i]);
+            if (is_new) filled.emplace_back(k, body[i]);
+            meet(it->second, body[i]);
+        });
+    }
+    for (const auto& [k, own] : filled)  // cells that share a node
+        IndexBox<D>{Index<D>::filled(-1), Index<D>::filled(2)}.for_each([&, k = k, own = own](const Index<D>& step) {
+            const Index<D> next = k + step;
+            for (int a = 0; a < D; ++a)
+                if (next[a] < 0 || next[a] >= model.cells[a]) return;
+            if (const auto it = owner.find(cells.number(next)); it != owner.end()) meet(own, it->second);
+        });
+    for (const auto& [one, other] : pairs)
+        notes.push_back(
+            fmt::format("bodies \"{}\" and \"{}\" are closer than a cell: they stick together like one body, also where they "
+                        "should slide or part, because there is no contact between bodies yet",
+                        spec.bodies[one].name, spec.bodies[other].name));
+}
+
+}  // namespace
+
+template <int D>
+std::vector<std::string> notes_on(const CaseSpec<D>& spec, const std::vector<Seed<D>>& seeds, const std::vector<int>& body,
+                                  const Model<D>& model)
+{
+    std::vector<std::string> notes;
+    note_thin_boxes(spec, model, notes);
+    note_idle_conditions(spec, seeds, model, notes);
+    note_bodies_that_stick(spec, seeds, body, model, notes);
+    return notes;
+}
+
+template std::vector<std::string> notes_on(const CaseSpec<1>&, const std::vector<Seed<1>>&, const std::vector<int>&,
+                                           const Model<1>&);
+template std::vector<std::string> notes_on(const CaseSpec<2>&, const std::vector<Seed<2>>&, const std::vector<int>&,
+                                           const Model<2>&);
+template std::vector<std::string> notes_on(const CaseSpec<3>&, const std::vector<Seed<3>>&, const std::vector<int>&,
+                                           const Model<3>&);
+
+}  // namespace ordo::setup
