@@ -47,8 +47,9 @@ bool is_cut(const BodyShape<D>& shape, const Vec<D>& center, const std::vector<V
     return std::any_of(corners.begin(), corners.end(), [&](const Vec<D>& corner) {
         const Vec<D> x = corner + inwards * (center - corner);
         if (const auto* ball = std::get_if<Ball<D>>(&shape)) return !ball->contains(x);
-        const auto* tube = std::get_if<TubeShape<D>>(&shape);
-        return tube && !tube->tube.contains(x);
+        if constexpr (D > 1)
+            if (const auto* tube = std::get_if<TubeShape<D>>(&shape)) return !tube->tube.contains(x);
+        return false;
     });
 }
 
