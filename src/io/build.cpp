@@ -216,9 +216,11 @@ void require_probes_in_bodies(const CaseInput& in, const Built<D>& built)
 {
     for (const ProbeInput& probe : in.probes) {
         if (probe.particle.empty()) continue;
-        const Vec<D> at = to_vec<D>(probe.particle), x = built.particles.x[nearest(built.particles, at)];
+        const Vec<D> at = to_vec<D>(probe.particle);
+        const int i     = nearest(built.particles, at);
+        const Vec<D> x  = built.particles.x[i];
         for (int a = 0; a < D; ++a)
-            if (std::fabs(x[a] - at[a]) > built.model.h[a])
+            if (std::fabs(x[a] - at[a]) > 1.001 * std::max(built.model.h[a], std::pow(built.particles.V0[i], 1.0 / D)))
                 probe.fail("particle",
                            fmt::format("lies outside every body: the nearest particle is at {}; give a place in a body, or "
                                        "point to watch a fixed place",

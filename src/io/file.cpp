@@ -26,7 +26,8 @@ PartName::PartName(std::filesystem::path path) : path_(std::move(path))
     const auto status = std::filesystem::status(path_, failure);  // of the target of a link
     if (std::filesystem::is_directory(status)) throw OutputError(fmt::format("{}: is a directory", path_.string()));
     const bool exists = std::filesystem::exists(status), is_device = exists && !std::filesystem::is_regular_file(status);
-    if (exists && !is_device) path_ = std::filesystem::canonical(path_, failure);
+    const auto target = exists && !is_device ? std::filesystem::canonical(path_, failure) : path_;
+    if (!failure) path_ = target;                                                 // else it has gone meanwhile
     part_ = is_device ? path_ : std::filesystem::path(path_.string() + ".part");  // a pipe must stay a pipe
 }
 

@@ -126,7 +126,10 @@ void Writer<D>::go_on_with_files()
     write_lists();
     std::set<std::string> rest = directory_.files();
     for (const std::string& name : kept) rest.erase(name);
-    std::erase_if(rest, step_of_checkpoint);
+    std::erase_if(rest, [&](const std::string& name) {
+        return step_of_checkpoint(name) &&
+               std::filesystem::exists(directory_.path() / name);  // else it was killed before it was made
+    });
     directory_.remove(rest);
     write_resolved_case();
     auto go_on = [&](std::size_t k) {

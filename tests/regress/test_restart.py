@@ -211,7 +211,7 @@ class Restart(InTemporaryDirectory):
 
     def test_other_files(self):
         """Particles may move to another folder, but not change."""
-        self.write("p.csv", "x,y,volume\n0.4,0.5,0.004\n0.6,0.5,0.004\n")
+        self.write("p.csv", "x,y,volume\n0.45,0.5,0.004\n0.55,0.5,0.004\n")
         body = "shape = 'particles'\nfile = '{}'\nvelocity = 20\n"
         self.write("case.toml", edit(PERIODIC, (BOX, body.format("p.csv"))))
         self.assert_goes_on()
@@ -220,9 +220,9 @@ class Restart(InTemporaryDirectory):
         self.write("case.toml", edit(PERIODIC, (BOX, body.format("away/p.csv"))))
         shutil.copytree(self.dir / "parts", self.dir / "out")
         self.restart("--output", "out", "--set", "time.end=0.007")
-        self.write("away/p.csv", "x,y,volume\n0.4,0.5,0.004\n0.6,0.5,0.005\n")
-        why = self.assert_refused("--restart", "latest", "--set", "time.end=0.008", why="of another case: [file] `p.csv, 39 bytes, checksum ")
-        self.assertIn("` then, `p.csv, 39 bytes, checksum ", why)
+        self.write("away/p.csv", "x,y,volume\n0.45,0.5,0.004\n0.55,0.5,0.005\n")
+        why = self.assert_refused("--restart", "latest", "--set", "time.end=0.008", why="of another case: [file] `p.csv, 41 bytes, checksum ")
+        self.assertIn("` then, `p.csv, 41 bytes, checksum ", why)
 
     def test_other_program(self):
         """Is warned of: the last digits may differ."""
