@@ -263,6 +263,8 @@ const Section<OutputInput>& output_section()
                 {&OutputInput::compression, {.name = "compression",
                     .what = "of files of particles", .choices = {"none", "zlib"}}},
                 {&OutputInput::grid, {.name = "grid", .what = "write the grid too, grid_*.vti"}},
+                {&OutputInput::per_body, {.name = "per_body",
+                    .what = "write body_0.csv, body_1.csv, .. too, with mass, centre, momentum, angular momentum and energies of each body"}},
                 {&OutputInput::history_interval, {.name = "history_interval",
                     .what = "steps between rows of history.csv and of probes", .min = 1}}}};
     }();

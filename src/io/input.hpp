@@ -73,8 +73,8 @@ struct OutputInput : Located {
     std::optional<double> interval;
     std::vector<std::string> fields = {"displacement", "velocity", "stress", "density"};
     std::string particles = "domains", precision = "float64", compression = "none";
-    int every            = 1;
-    bool grid            = false;
+    int every = 1;
+    bool grid = false, per_body = false;
     int history_interval = 1;
 };
 

@@ -21,6 +21,8 @@ std::string frame_file(std::string_view what, std::size_t number)
 
 std::string probe_file(const ProbeInput& probe) { return "probe_" + probe.name + ".csv"; }
 
+std::string body_file(std::size_t body) { return fmt::format("body_{}.csv", body); }
+
 std::string checkpoint_file(std::int64_t step) { return fmt::format("{}{:09}{}", kBefore, step, kAfter); }
 
 std::optional<std::int64_t> step_of_checkpoint(const std::string& name)
@@ -35,7 +37,7 @@ std::optional<std::int64_t> step_of_checkpoint(const std::string& name)
 
 bool is_run_file(const std::string& name)
 {
-    for (const auto& [start, end] : {std::pair{"particles_", ".vtu"}, {"grid_", ".vti"}, {"probe_", ".csv"}})
+    for (const auto& [start, end] : {std::pair{"particles_", ".vtu"}, {"grid_", ".vti"}, {"probe_", ".csv"}, {"body_", ".csv"}})
         if (name.starts_with(start) && name.ends_with(end)) return true;
     for (const char* one : {"particles.pvd", "grid.pvd", "history.csv", "case.toml", "files.txt"})
         if (name == one) return true;
@@ -46,6 +48,7 @@ std::vector<std::string> table_files(const CaseInput& input)
 {
     std::vector<std::string> r{"history.csv"};
     for (const ProbeInput& p : input.probes) r.push_back(probe_file(p));
+    for (std::size_t k = 0; input.output.per_body && k < input.bodies.size(); ++k) r.push_back(body_file(k));
     return r;
 }
 
@@ -62,6 +65,9 @@ void require_files(const CaseInput& input, const Written& written)
         if (!std::filesystem::is_regular_file(directory / name, none)) fail(name, "is missing");
     };
     const std::vector<std::string> tables = table_files(input);
+    if (tables.size() != written.table_sizes.size())
+        throw InputError(
+            "output.per_body is not that of the interrupted run; set it as it was, or give an empty directory with --output");
     for (std::size_t k = 0; k < tables.size(); ++k) {
         require(tables[k]);
         const auto sum = checksum_of(directory / tables[k], written.table_sizes.at(k));

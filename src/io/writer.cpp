@@ -105,6 +105,10 @@ void Writer<D>::start_files()
         }
         probes_[k].file = LineFile(directory_.file(probe_file(input_.probes[k])), header + ",density");
     }
+    for (std::size_t k = 0; input_.output.per_body && k < input_.bodies.size(); ++k)
+        bodies_.emplace_back(directory_.file(body_file(k)),
+                             "time,mass,center_x,center_y,center_z,momentum_x,momentum_y,momentum_z,angular_momentum_x,"
+                             "angular_momentum_y,angular_momentum_z,kinetic_energy,strain_energy,potential_energy");
     write_resolved_case();  // last: it marks that the others exist
 }
 
@@ -137,6 +141,7 @@ void Writer<D>::go_on_with_files()
     };
     history_ = go_on(0);
     for (std::size_t k = 0; k < probes_.size(); ++k) probes_[k].file = go_on(k + 1);
+    for (std::size_t k = probes_.size() + 1; k < tables.size(); ++k) bodies_.push_back(go_on(k));
 }
 
 template <int D>
@@ -206,6 +211,11 @@ void Writer<D>::row(State<D>& s)
     history_.add(fmt::format("{},{},{}{},{},{},{},{},{},{}{}{},{},{}", s.t, s.dt_prev, e.mass, values(e.momentum),
                              e.kinetic_energy, e.strain_energy, e.total_energy(), e.potential, p.mass_before, p.mass_after,
                              values(p.momentum_before), values(p.momentum_after), p.fit.dropped, p.fit.fallback));
+    for (std::size_t k = 0; k < bodies_.size(); ++k) {
+        const BodyTotals b = totals_of_body(model_, s.particles, static_cast<int>(k));
+        bodies_[k].add(fmt::format("{},{}{}{}{},{},{},{}", s.t, b.mass, values(b.center), values(b.momentum), values(b.spin),
+                                   b.kinetic_energy, b.strain_energy, b.potential));
+    }
     for (Probe& probe : probes_)
         if (probe.particle >= 0 || s.n > 0) probe_row(probe, s);  // the grid holds nothing before the first step
 }
@@ -269,6 +279,10 @@ Written Writer<D>::written()
         w.table_sizes.push_back(p.file.size());
         w.table_sums.push_back(p.file.sum());
     }
+    for (const LineFile& b : bodies_) {
+        w.table_sizes.push_back(b.size());
+        w.table_sums.push_back(b.sum());
+    }
     return w;
 }
 
@@ -277,6 +291,7 @@ void Writer<D>::flush(LineFile::When when)
 {
     history_.flush(when);
     for (Probe& p : probes_) p.file.flush(when);
+    for (LineFile& b : bodies_) b.flush(when);
 }
 
 template class Writer<1>;

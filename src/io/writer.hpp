@@ -65,6 +65,7 @@ class Writer : public Observer<D> {
     RunDirectory& directory_;
     LineFile history_;
     std::vector<Probe> probes_;
+    std::vector<LineFile> bodies_;  ///< none if they are not wanted
     Written written_;
     std::optional<std::int64_t> resumed_at_;  ///< the step of a restart
     double last_frame_ = 0.0;                 ///< its time, s

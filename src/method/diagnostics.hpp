@@ -116,4 +116,51 @@ Totals totals(const Model<D>& model, const Particles<D>& p)
     return r;
 }
 
+/// The sums of one body.
+struct BodyTotals {
+    double mass           = 0.0;  ///< kg
+    Vec<3> center         = {};   ///< of mass, m; on periodic axes full periods count
+    Vec<3> momentum       = {};   ///< kg m/s
+    Vec<3> spin           = {};   ///< angular momentum about the origin, sum m x cross v, kg m^2/s
+    double kinetic_energy = 0.0;  ///< J
+    double strain_energy  = 0.0;  ///< J
+    double potential      = 0.0;  ///< of gravity, J
+};
+
+template <int D>
+BodyTotals totals_of_body(const Model<D>& model, const Particles<D>& p, int body)
+{
+    const StoredEnergy<D> energy(model.materials, p);
+    BodyTotals r = parallel_reduce(
+        p.count, BodyTotals{},
+        [&](std::ptrdiff_t k) {
+            const int i = static_cast<int>(k);
+            BodyTotals one;
+            if (p.body[i] != body) return one;
+            Vec<D> x = p.x[i];
+            for (int a = 0; a < D; ++a)
+                if (model.periodic[a]) x[a] += p.turns[i][a] * model.cells[a] * model.h[a];
+            const Vec<3> at = padded(x), mv = p.m[i] * padded(p.v[i]);
+            one.mass           = p.m[i];
+            one.center         = p.m[i] * at;
+            one.momentum       = mv;
+            one.spin           = {at[1] * mv[2] - at[2] * mv[1], at[2] * mv[0] - at[0] * mv[2], at[0] * mv[1] - at[1] * mv[0]};
+            one.kinetic_energy = 0.5 * p.m[i] * dot(p.v[i], p.v[i]);
+            one.strain_energy  = energy(i);
+            one.potential      = -p.m[i] * dot(model.gravity, x);
+            return one;
+        },
+        [](BodyTotals& total, const BodyTotals& one) {
+            total.mass += one.mass;
+            total.center += one.center;
+            total.momentum += one.momentum;
+            total.spin += one.spin;
+            total.kinetic_energy += one.kinetic_energy;
+            total.strain_energy += one.strain_energy;
+            total.potential += one.potential;
+        });
+    r.center = (1 / r.mass) * r.center;
+    return r;
+}
+
 }  // namespace ordo

@@ -82,9 +82,9 @@ def has_hdf5():
     return "HDF5" not in subprocess.run(arguments, input=CASE, capture_output=True, text=True).stderr
 
 
-def history(directory):
-    """The columns of history.csv by name."""
-    with open(pathlib.Path(directory) / "history.csv", newline="") as file:
+def history(directory, name="history.csv"):
+    """The columns of history.csv, or of another table, by name."""
+    with open(pathlib.Path(directory) / name, newline="") as file:
         rows = list(csv.DictReader(file))
     return {name: [float(row[name]) for row in rows] for name in rows[0]}
 

@@ -209,6 +209,28 @@ class Output(InTemporaryDirectory):
         stress = attributes.GetArray("stress")
         self.assertEqual([stress.GetComponentName(c) for c in range(9)], [a + b for a in "xyz" for b in "xyz"])
 
+    def test_sums_of_each_body(self):
+        """They add up to the history. A body that spins has its angular momentum and keeps it; what nothing acts on moves straight on."""
+        other = "[[body]]\nmaterial = 'rubber'\nshape = 'box'\nlower = [1.5, 1.5]\nupper = [1.75, 1.75]\nvelocity = [0.1, 0.2]\n"
+        spin = "velocity = ['-0.3*(y - 0.5)', '0.3*(x - 0.5)']\n"
+        case = edit(CASE, ("size = 1.0", "size = 2.0"), ("end = 0.01", "end = 0.1"), ("spacing = 0.25", "spacing = 0.125"),
+                    ("[grid]", "gravity = [0.0, -1.0]\n[grid]"), spin + other + "[output]\nper_body = true\nhistory_interval = 3\n")
+        self.run_good(self.write("case.toml", case), "--output", "out")
+        whole = history(self.dir / "out")
+        bodies = [{k: numpy.array(v) for k, v in history(self.dir / "out", f"body_{k}.csv").items()} for k in range(2)]
+        for body in bodies:
+            self.assertEqual(list(body["time"]), whole["time"])
+        for name in ("mass", "momentum_x", "momentum_y", "kinetic_energy", "strain_energy", "potential_energy"):
+            self.assert_close(bodies[0][name] + bodies[1][name], numpy.array(whole[name]), scale=numpy.max(numpy.abs(whole[name])) + 1e-9)
+        t, disk, box = numpy.array(whole["time"]), *bodies
+        radius, mass = 0.25, 1000 * numpy.pi * 0.25**2
+        self.assertAlmostEqual(disk["mass"][0], mass, 9)
+        spin = disk["angular_momentum_z"] - (disk["center_x"] * disk["momentum_y"] - disk["center_y"] * disk["momentum_x"])
+        self.assertAlmostEqual(spin[0] / (0.3 * mass * radius**2 / 2), 1, delta=0.02)
+        self.assertLess(numpy.max(numpy.abs(spin / spin[0] - 1)), 0.02)
+        self.assert_close(box["center_x"], 1.625 + 0.1 * t, scale=1.0, tolerance=1e-9)
+        self.assert_close(box["center_y"], 1.625 + 0.2 * t - t**2 / 2, scale=1.0, tolerance=1e-3)
+
     def test_check_says_how_large_files_are(self):
         self.write("case.toml", DEFORMING)
         self.run_good("case.toml", "--output", "out")

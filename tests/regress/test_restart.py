@@ -21,7 +21,7 @@ PERIODIC = edit(
     ("end = 0.01\ndt = 0.001", "end = 0.006\ndt = 0.0002"),
     ('shape = "ball"\ncenter = 0.5\nradius = 0.25\n', BOX),
     "[[boundary]]\nface = ['x-min', 'y-min']\ntype = 'periodic'\n"
-    "[output]\ngrid = true\ninterval = 0.0011\nhistory_interval = 2\n"
+    "[output]\ngrid = true\nper_body = true\ninterval = 0.0011\nhistory_interval = 2\n"
     "[checkpoint]\nsteps = 6\n"
     "[[probe]]\nname = 'centre'\nparticle = 0.5\n[[probe]]\nname = 'place'\npoint = 0.5\n",
 )
