@@ -6,6 +6,7 @@ ORDO is the path of the binary, ORDO_ROOT that of the repository.
 import csv
 import os
 import pathlib
+import re
 import subprocess
 import tempfile
 import unittest
@@ -74,6 +75,12 @@ def ordo(*args, cwd, preload=None):
     finally:
         process.kill()
     return subprocess.CompletedProcess(process.args, process.returncode, out, err)
+
+
+def presets():
+    """The names of all presets."""
+    text = subprocess.run([ORDO, "list", "methods"], capture_output=True, text=True, check=True).stdout
+    return re.findall(r"^  (\S+) ", text.split("\n\n")[0], re.MULTILINE)
 
 
 def has_hdf5():

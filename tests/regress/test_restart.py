@@ -4,14 +4,13 @@ The case drifts through a periodic box, some cells in all, so that particles are
 """
 
 import random
-import re
 import shutil
 import signal
 import subprocess
 import time
 import unittest
 
-from harness import CASE, HANG, ORDO, InTemporaryDirectory, contents, edit, frames, has_hdf5, history, ordo, start
+from harness import CASE, HANG, InTemporaryDirectory, contents, edit, frames, has_hdf5, history, ordo, presets, start
 
 BOX = "shape = 'box'\nlower = 0.25\nupper = 0.75\nvelocity = '20 + 0.1*sin(2*pi*x)'\n"
 HALF = "shape = 'box'\nlower = [{}, 0.25]\nupper = [{}, 0.75]\nvelocity = '20'\n"
@@ -42,11 +41,6 @@ def resealed(checkpoint):
     for byte in checkpoint[512:] + text:
         total = (total ^ byte) * 0x100000001B3 % 2**64
     return (text + b"checksum %016x\n" % total).ljust(512, b"\0") + checkpoint[512:]
-
-
-def presets():
-    text = subprocess.run([ORDO, "list", "methods"], capture_output=True, text=True, check=True).stdout
-    return re.findall(r"^  (\S+) ", text.split("\n\n")[0], re.MULTILINE)
 
 
 @unittest.skipUnless(has_hdf5(), "ordo was built without HDF5")
