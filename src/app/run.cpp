@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <optional>
@@ -105,16 +106,43 @@ Simulation<D> simulation_of(const io::CaseInput& input)
                          [](const std::string& found) { io::say("ordo: warning: {}\n", found); });
 }
 
+/// A method that is faster, and what it costs.
+std::string faster_than(const MethodSpec& m)
+{
+    if (m.mass == MassMatrix::consistent) return "method.mass = \"lumped\" spares the solver of each step, cpdi1 too";
+    if (is_spline_fit(m)) return "splines of high order are made for coarse grids";
+    const bool fits = m.projection == Projection::mls || m.projection == Projection::imls || m.projection == Projection::tls;
+    if (fits || m.quadrature != Quadrature::particle) return "cpdi1 takes no fits";
+    if (m.domain == Domain::point && m.basis == Basis::hat) return "a coarser grid is all that is faster";
+    return "ugimp and mpm are faster";
+}
+
+/// Says how long the run may take if that is more than an hour, judging from the time of the first projection.
+template <int D>
+void warn_of_long_run(const io::CaseInput& input, const Simulation<D>& sim, double seconds_of_projection)
+{
+    constexpr double projections = 2.0, hour = 3600.0;  // that a step takes: 0.7 to 4.2 were measured
+    const double steps   = input.time.end / setup::time_step(sim.time(), sim.model(), sim.state().particles);
+    const double seconds = projections * seconds_of_projection * steps;
+    if (seconds < hour) return;
+    io::say("ordo: note: this run may take about {:.2g} hours for {:.3g} steps; {}; more --threads, a coarser grid and a larger "
+            "time.cfl "
+            "help too\n",
+            seconds / hour, steps, faster_than(sim.model().method));
+}
+
 /// The output files of a run: new ones, after projecting for the first row, or those that a restart continues.
 template <int D>
 io::Writer<D> files_of(const io::CaseInput& input, Simulation<D>& sim, io::RunDirectory& directory,
-                       const std::optional<io::Written>& restart)
+                       const std::optional<io::Written>& restart, bool quiet)
 {
     if (restart) {
         sim.watch()->resume(restart->watched);
         return {input, sim.model(), directory, *restart};
     }
+    const auto begin = std::chrono::steady_clock::now();
     sim.scheme().project(sim.state());
+    if (!quiet) warn_of_long_run(input, sim, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
     return {input, sim.model(), directory, sim.state().particles};
 }
 
@@ -135,7 +163,7 @@ int run_case(const io::CaseInput& input, const RunOptions& options)
         if (!options.quiet) io::say("nothing is left to do: the checkpoint is at t = {:.6g} s\n", sim.state().t);
         return 0;
     }
-    io::Writer<D> writer             = files_of(input, sim, directory, restart);
+    io::Writer<D> writer             = files_of(input, sim, directory, restart, options.quiet);
     sim.state().projection.is_wanted = true;
 
     io::ShowProgress<D> progress(options.quiet);

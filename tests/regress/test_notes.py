@@ -2,7 +2,7 @@
 
 import unittest
 
-from harness import CASE, InTemporaryDirectory, edit, ordo
+from harness import CASE, HANG, InTemporaryDirectory, edit, ordo, start
 
 BOX = 'shape = "box"\nlower = [{}, 0.25]\nupper = [{}, {}]\n'
 BALL = 'shape = "ball"\ncenter = 0.5\nradius = 0.25\n'
@@ -40,6 +40,18 @@ class Notes(InTemporaryDirectory):
                 self.assertEqual(bool(self.notes(edit(CASE, boundary.format(type_, at)))), is_idle)
         small = edit(CASE, ("radius = 0.25", "radius = 0.2"), ("spacing = 0.25", "spacing = 0.125"), boundary.format("fixed", 1.0))
         self.assertIn("x = 1 (fixed) holds no body at the start: the nearest is 0.312 m away", self.notes(small)[0])
+
+    def test_runs_of_hours(self):
+        """The time is predicted before the first step."""
+        self.write("case.toml", edit(CASE, ("end = 0.01", "end = 1e6")))
+        for preset, says in (("cpdi1", "ugimp and mpm are faster"), ("bsmpm", 'method.mass = "lumped"'), ("cpls", "cpdi1 takes no fits")):
+            with self.subTest(preset):
+                process = start("run", "case.toml", "--overwrite", "--set", f"method.preset={preset}", cwd=self.dir)
+                line = process.stderr.readline()
+                process.kill()
+                process.communicate(timeout=HANG)
+                self.assertRegex(line, r"^ordo: note: this run may take about \S+ hours for 1e\+09 steps; ")
+                self.assertIn(says, line)
 
     def test_thin_boxes(self):
         thin = edit(CASE, (BALL, BOX.format(0.25, 0.75, 0.35)))
