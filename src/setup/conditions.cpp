@@ -58,11 +58,6 @@ Wall<D> wall_of(const BoundarySpec<D>& b, int k, const CaseSpec<D>& spec, const 
     }
     if (!(b.friction >= 0 && std::isfinite(b.friction)))
         fail(k, "friction", fmt::format("must not be negative (got {})", b.friction));
-    if (is_spline_fit(spec.method))
-        fail(k, "type",
-             "\"wall\" is not for projection spline-fit, whose splines are held at faces in every stage; use \"symmetry\", or "
-             "another "
-             "method such as cpdi2");
     if (spec.method.mass == MassMatrix::consistent)
         fail(k, "type",
              "\"wall\" needs method.mass = \"lumped\": a consistent mass matrix couples the nodes on both sides of it");
