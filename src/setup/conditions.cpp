@@ -60,7 +60,9 @@ Wall<D> wall_of(const BoundarySpec<D>& b, int k, const CaseSpec<D>& spec, const 
         fail(k, "friction", fmt::format("must not be negative (got {})", b.friction));
     if (spec.method.mass == MassMatrix::consistent)
         fail(k, "type",
-             "\"wall\" needs method.mass = \"lumped\": a consistent mass matrix couples the nodes on both sides of it");
+             "\"wall\" needs lumped masses, because a consistent mass matrix couples the nodes on both sides of it; use "
+             "method.mass = "
+             "\"lumped\" where the method allows it, or another method, such as cpdi2");
     if (model.walls.size() == Wall<D>::most) fail(k, "type", fmt::format("there are more than {} walls", Wall<D>::most));
     for (int a = 0; a < D; ++a)
         if (b.value[a]) r.velocity[a] = *b.value[a];

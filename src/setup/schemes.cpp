@@ -18,11 +18,6 @@ template <int D>
 void set_up_splines(const CaseSpec<D>& spec, Model<D>& model, int particles)
 {
     auto fail = [](std::string_view why) { throw SetupError(Part::method, 0, "projection", why); };
-    for (std::size_t k = 0; k < spec.boundaries.size(); ++k)
-        if (spec.boundaries[k].type == FaceType::wall)
-            throw SetupError(Part::boundary, static_cast<int>(k), "type",
-                             "\"wall\" is not for projection spline-fit, whose splines are held at faces in every stage; use "
-                             "\"symmetry\", or another method, such as cpdi2");
     if (spec.bodies.size() == 1) model.surface = free_surface(spec.bodies[0].shape, model);
     double cells = 1;
     for (int a = 0; a < D; ++a) cells *= model.cells[a];
