@@ -38,7 +38,11 @@ std::vector<std::pair<std::size_t, std::size_t>> places_of_numbers(const std::st
 /// A run of a few steps and its checkpoint.
 class Run {
   public:
-    Run() : input_(read()), method_(io::build<2>(input_, 1000).model), checkpoints_(input_, method_.model())
+    Run()
+        : input_(read()),
+          method_(io::build<2>(input_, 1000).model),
+          directory_(input_.output, io::Earlier::go_on),
+          checkpoints_(input_, method_.model(), directory_)
     {
         State<2> s = start();
         for (int n = 0; n < 3; ++n) method_.step(s, *input_.time.dt);
@@ -99,6 +103,7 @@ class Run {
 
     io::CaseInput input_;
     Explicit<2> method_;
+    io::RunDirectory directory_;
     io::Checkpoints<2> checkpoints_;
     std::string whole_;
     std::vector<std::pair<std::size_t, std::size_t>> numbers_;  // where each array begins in `whole_`, and its bytes
