@@ -2,7 +2,7 @@
 """Figures and summaries of ordo's output: energies over time, particle domains coloured by a field, errors over h.
 
 Reads history.csv, probe_*.csv, particles.pvd and the VTU files it names, and the JSON of `ordo verify`; needs numpy,
-matplotlib and, for particles, vtk.
+matplotlib 3.6 and, for particles, vtk.
 On the command line (see --help) or as a module: each function draws into axes that it is given.
 """
 
@@ -14,21 +14,42 @@ import sys
 import textwrap
 import xml.etree.ElementTree as ElementTree
 
-import matplotlib
 
-matplotlib.use("Agg")
+def fail(what):
+    """Ends the program as ordo does after bad input: one line, exit code 2."""
+    print(f"ordo_figures.py: {what}", file=sys.stderr)
+    raise SystemExit(2)
 
-import matplotlib.pyplot as plt  # noqa: E402
-import matplotlib.ticker  # noqa: E402
-import numpy as np  # noqa: E402
-from matplotlib.collections import PolyCollection  # noqa: E402
+
+def fail_without(error):
+    """Says how to install what an ImportError misses."""
+    fail(f"{error}; apt-get install python3-numpy python3-matplotlib python3-vtk9, or pip install numpy matplotlib vtk")
+
+
+try:
+    import matplotlib
+
+    matplotlib.use("Agg")
+
+    import matplotlib.pyplot as plt
+    import matplotlib.ticker
+    import numpy as np
+    from matplotlib.collections import LineCollection, PolyCollection
+except ImportError as e:
+    fail_without(e)
 
 BLUE, ORANGE, BLACK, GREY = "#2a6fb0", "#d9730d", "#222222", "#8c8c8c"
-COLOURS = [BLACK, ORANGE, BLUE, "#3c8d40", "#8a5fb5", "#c23b4e", "#1b9e9e", "#a3761b"]
+GREEN, PURPLE, RED, TEAL, BROWN = "#3c8d40", "#8a5fb5", "#c23b4e", "#1b9e9e", "#a3761b"
+COLOURS = [BLACK, ORANGE, BLUE, GREEN, PURPLE, RED, TEAL, BROWN]
 MARKERS = "osD^vP<X>"
-UNITS = {"displacement": "m", "position": "m", "velocity": "m/s", "stress": "Pa", "density": "kg/m³", "mass": "kg",
-         "volume": "m³", "pressure": "Pa", "von_mises": "Pa", "energy_density": "J/m³"}
+UNITS = {"time": "s", "dt": "s", "displacement": "m", "position": "m", "center": "m", "velocity": "m/s", "stress": "Pa", "density": "kg/m³",
+         "pressure": "Pa", "von_mises": "Pa", "energy_density": "J/m³"}
+# In 1D per square metre of section, in 2D per metre of depth, in 3D.
+UNITS_OF_TOTALS = {"mass": ("kg/m²", "kg/m", "kg"), "volume": ("m", "m²", "m³"), "momentum": ("kg/(m s)", "kg/s", "kg m/s"),
+                   "angular_momentum": ("kg/s", "kg m/s", "kg m²/s"), "energy": ("J/m²", "J/m", "J")}
 LABELS = {"velocity": "speed", "von_mises": "von Mises stress"}
+METADATA = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}  # of figures, by suffix
+LONG, SHORT = 2.3, 0.9                          # sides of a panel, inches: the long one, the short one at least
 LINES = ["-", "--", "-.", ":"]
 SLOPES = {(1, 2): "orders 1 and 2", (2, 3, 4): "orders 2, 3 and 4"}  # reference lines and their names in legends
 ERRORS = ["displacement", "velocity", "stress", "density", "velocity_grid", "value", "value_inside"]
@@ -39,6 +60,7 @@ SIMPLEX_CORNERS = {5: [0, 1, 2, 2], 10: [0, 1, 2, 2, 3, 3, 3, 3]}
 FACES = np.array([[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]])
 
 plt.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.titlesize": 9,
+                     "axes.formatter.limits": (-3, 4), "axes.formatter.use_mathtext": True,
                      "legend.frameon": False, "legend.fontsize": 8, "savefig.dpi": 100})
 
 
@@ -53,10 +75,24 @@ def read_history(directory):
     return read_csv(os.path.join(directory, "history.csv"))
 
 
+def run_dim(directory):
+    """1, 2 or 3, of the resolved case; None where that is missing."""
+    try:
+        with open(os.path.join(directory, "case.toml"), encoding="utf-8") as stream:
+            found = re.search(r"^dim = ([123])$", stream.read(), re.MULTILINE)
+    except FileNotFoundError:
+        return None
+    return int(found[1]) if found else None
+
+
 def read_frames(directory):
     """[(time, VTU file)] of particles.pvd."""
-    sets = ElementTree.parse(os.path.join(directory, "particles.pvd")).getroot().iter("DataSet")
-    return [(float(s.get("timestep")), os.path.join(directory, s.get("file"))) for s in sets]
+    file = os.path.join(directory, "particles.pvd")
+    try:
+        frames = [(float(s.get("timestep")), os.path.join(directory, s.get("file"))) for s in ElementTree.parse(file).getroot().iter("DataSet")]
+    except ElementTree.ParseError as e:
+        fail(f"{file}: {e}")
+    return frames or fail(f"{file}: names no frames")
 
 
 class Frame:
@@ -67,16 +103,18 @@ class Frame:
     """
 
     def __init__(self, file):
-        from vtkmodules.util.numpy_support import vtk_to_numpy
-        from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
-
+        try:
+            from vtkmodules.util.numpy_support import vtk_to_numpy
+            from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+        except ImportError as e:
+            fail_without(e)
         reader = vtkXMLUnstructuredGridReader()
         reader.SetFileName(file)
         reader.Update()
         grid = reader.GetOutput()
         n = grid.GetNumberOfCells()
         if n == 0:
-            raise SystemExit(f"{file}: holds no particles")
+            fail(f"{file}: holds no particles")
         points = vtk_to_numpy(grid.GetPoints().GetData())
         types = vtk_to_numpy(grid.GetCellTypesArray())
         ids, starts = vtk_to_numpy(grid.GetCells().GetConnectivityArray()), vtk_to_numpy(grid.GetCells().GetOffsetsArray())
@@ -108,7 +146,7 @@ class Frame:
             if component in names:
                 return self.fields[base][:, names.index(component)]
         there = ", ".join(k if v.ndim == 1 or v.shape[1] == 3 else f"{k}_xx .." for k, v in self.fields.items())
-        raise SystemExit(f"there is no field {name}; this frame has {there} (see [output] fields)")
+        fail(f"there is no field {name}; this frame has {there} (see [output] fields)")
 
 
 def nearest_frames(directory, times):
@@ -122,7 +160,7 @@ def read_studies(file):
         with open(file, encoding="utf-8") as stream:
             return [read_study(s) for s in json.load(stream)]
     except (ValueError, KeyError, TypeError, AttributeError) as e:
-        raise SystemExit(f"ordo_figures.py: {file}: not what ordo verify --json writes ({type(e).__name__}: {e})") from e
+        fail(f"{file}: not what ordo verify --json writes ({type(e).__name__}: {e})")
 
 
 def read_study(study):
@@ -138,17 +176,40 @@ def read_study(study):
             "errors": {name: sorted(found) for name, found in errors.items() if found}, "curves": curves[-1] if curves else None}
 
 
+def suffix_of(output, suffixes):
+    """The suffix of a file to write, one of those given, in a folder that is there."""
+    suffix = os.path.splitext(output)[1].lower()
+    if suffix not in suffixes:
+        fail(f"-o {output}: the name must end with {' or '.join(suffixes)}")
+    if not os.path.isdir(os.path.dirname(output) or "."):
+        fail(f"-o {output}: there is no directory {os.path.dirname(output)}")
+    return suffix
+
+
 def save(figure, output):
     """Saves without the versions and dates that matplotlib would write, so equal drawings give equal bytes."""
-    figure.savefig(output, metadata={"Software": None})
+    figure.savefig(output, metadata=METADATA[suffix_of(output, METADATA)])
     plt.close(figure)
 
 
 # ---- drawing ---------------------------------------------------------------------------------------------------------
 
-def field_label(name):
-    unit = UNITS.get(name) or UNITS.get(name.rpartition("_")[0], "")
-    return f"{LABELS.get(name, name.replace('_', ' '))}{', ' + unit if unit else ''}"
+def unit_of(name, dim=None):
+    """The SI unit of a field, component or column of a run in 1D, 2D or 3D; empty if unknown."""
+    base, _, end = name.rpartition("_")
+    for n in (name, base):
+        if n in UNITS:
+            return UNITS[n]
+        if n in UNITS_OF_TOTALS:
+            return UNITS_OF_TOTALS[n][(dim or 3) - 1]
+    return UNITS_OF_TOTALS["energy"][(dim or 3) - 1] if end in ("energy", "work") else ""
+
+
+def field_label(name, dim=None):
+    text = LABELS.get(name, name.replace("_", " "))
+    if name == "velocity" and dim == 1:  # drawn with its sign
+        text = name
+    return ", ".join(filter(None, [text, unit_of(name, dim)]))
 
 
 def draw_energies(axes, directory):
@@ -157,39 +218,40 @@ def draw_energies(axes, directory):
     axes.plot(h["time"], h["total_energy"], color=BLACK, label="total")
     axes.plot(h["time"], h["kinetic_energy"], color=BLUE, label="kinetic")
     axes.plot(h["time"], h["strain_energy"], color=ORANGE, label="strain")
-    finish_energy_axes(axes, h)
+    finish_time_axes(axes, f"energy, {unit_of('energy', run_dim(directory))}")
 
 
 def draw_total_energies(axes, directories, labels):
     """Total energies of several runs, as in Tran et al. (2019) Figs. 54 and 58."""
-    for directory, label, colour in zip(directories, labels, COLOURS):
+    for k, (directory, label) in enumerate(zip(directories, labels)):
         h = read_history(directory)
-        axes.plot(h["time"], h["total_energy"], color=colour, label=label)
-    finish_energy_axes(axes, h, "total energy, J", from_zero=False)
-
-
-def finish_energy_axes(axes, history, label="energy, J", from_zero=True):
-    axes.set_xlabel("time, s")
-    axes.set_ylabel(label)
-    axes.set_xlim(history["time"][0], history["time"][-1])
-    low, high = axes.get_ylim()
-    low = 0 if from_zero else low
-    axes.set_ylim(low, high + 0.3 * (high - low))  # the legend stands above the curves
-    axes.legend(loc="upper center", ncol=3, columnspacing=1.2, handlelength=1.5)
+        axes.plot(h["time"], h["total_energy"], color=COLOURS[k % len(COLOURS)], label=label)
+    units = dict.fromkeys(unit_of("energy", run_dim(d)) for d in directories)
+    finish_time_axes(axes, f"total energy, {' or '.join(units)}")
 
 
 def draw_curves(axes, directory, columns):
     """Columns of a CSV file over time: columns is FILE:NAME,NAME."""
     file, _, names = columns.partition(":")
+    names, dim = names.split(","), run_dim(directory)
+    colours = [BLUE, ORANGE, BLACK, *COLOURS[3:]]
     table = read_csv(os.path.join(directory, file))
-    for name, colour in zip(names.split(","), [BLUE, ORANGE, BLACK]):
-        axes.plot(table["time"], table[name], color=colour, label=name.replace("_", " "))
+    for k, name in enumerate(names):
+        if name not in table.dtype.names:
+            fail(f"{file} has no column {name or '(FILE:COLUMN)'}; it has {', '.join(table.dtype.names)}")
+        axes.plot(table["time"], table[name], color=colours[k % len(colours)], label=field_label(name, dim))
+    finish_time_axes(axes, field_label(names[0], dim) if len(names) == 1 else "")
+
+
+def finish_time_axes(axes, label):
+    """A label, and a legend above several curves."""
     axes.set_xlabel("time, s")
-    axes.set_xlim(table["time"][0], table["time"][-1])
-    if "," in names:
-        axes.legend()
-    else:
-        axes.set_ylabel(field_label(names))
+    axes.set_ylabel(label)
+    axes.margins(x=0)
+    labels = axes.get_legend_handles_labels()[1]
+    if len(labels) > 1:
+        columns = max(1, 70 // (10 + max(map(len, labels))))
+        axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.04), ncol=columns, columnspacing=1.2, handlelength=1.5)
 
 
 class View:
@@ -203,6 +265,19 @@ class View:
 
     def plane(self, points):
         return np.stack([points @ self.right, points @ self.up], axis=-1)
+
+    def edges(self, low, high):
+        """The edges of a box that no front of it hides, as {axis: [(two ends, whether on the outline)]}."""
+        found = {}
+        for axis in range(3):
+            others = [d for d in range(3) if d != axis]
+            for sides in ((0, 0), (0, 1), (1, 0), (1, 1)):
+                ends = np.array([low, high])
+                ends[:, others] = [(low, high)[side][d] for side, d in zip(sides, others)]
+                fronts = sum((2 * side - 1) * self.towards[d] > 1e-9 for side, d in zip(sides, others))
+                if fronts < 2:
+                    found.setdefault(axis, []).append((ends, fronts == 1))
+        return found
 
 
 def projected_polygons(frame, values, view):
@@ -218,44 +293,147 @@ def projected_polygons(frame, values, view):
     return view.plane(faces[particle, face]), values[particle], 0.55 + 0.45 * facing[particle, face]
 
 
-def draw_particles(axes, frame, values, norm, view=None, dim=None, cmap="viridis"):
+class Scene:
+    """What the frames of a figure share: dimension, view, field, limits of space and of the field."""
+
+    def __init__(self, frames, field="velocity", view=None, dim=None, limits=None, walls=()):
+        """Reads all frames once; dim where points do not tell."""
+        self.field, self.view, self.walls, self.dim = field, view or View(), walls, None
+        spaces, values = [], []
+        for frame in frames:
+            if not self.dim:
+                self.dim = frame.dim or dim or max(np.flatnonzero(np.ptp(frame.x, axis=0) > 0), default=0) + 1
+            points, value = frame.corners.reshape(-1, 3), self.values(frame)
+            points, value = points[np.isfinite(points).all(axis=1)], value[np.isfinite(value)]  # a failed run may end with others
+            spaces += [points.min(axis=0), points.max(axis=0)] if len(points) else []
+            values += [value.min(), value.max()] if len(value) else []
+        self.low, self.high = np.min(spaces, axis=0), np.max(spaces, axis=0)
+        low, high = limits or (min(values, default=0), max(values, default=1))
+        self.norm = matplotlib.colors.Normalize(low, high if high > low else low + 1)
+
+    def values(self, frame):
+        """The field, in 1D with the sign of vectors."""
+        along_x = self.dim == 1 and frame.fields.get(self.field, np.empty(0)).ndim == 2
+        return frame.fields[self.field][:, 0] if along_x else frame.scalar(self.field)
+
+    def label(self):
+        return field_label(self.field, self.dim)
+
+    def plane(self):
+        """Lower and upper corner of a panel, not too narrow for its ticks and title."""
+        low, high = self.low[:2].copy(), self.high[:2].copy()
+        low[0], high[0] = min([low[0], *self.walls]), max([high[0], *self.walls])
+        if self.dim == 3:
+            corners = [self.view.plane(ends) for edges in self.view.edges(self.low, self.high).values() for ends, _ in edges]
+            low, high = np.min(corners, axis=(0, 1)), np.max(corners, axis=(0, 1))
+        middle, half = (low + high) / 2, (high - low) * (1 / 2 + 0.06)
+        half = np.maximum(half, half.max() * SHORT / LONG or 1)
+        return middle - half, middle + half
+
+    def panel(self):
+        """Width and height of a panel, inches."""
+        if self.dim == 1:
+            return np.array([3.6, 2.4])
+        low, high = self.plane()
+        return LONG * (high - low) / (high - low).max()
+
+
+def draw_particles(axes, frame, scene):
     """The particle domains of a frame (dots for points); 3D by a projection."""
-    dim = frame.dim or dim or 2
-    colours = plt.get_cmap(cmap)
-    if dim == 3:
-        view = view or View()
+    colours = plt.get_cmap("viridis")
+    values = scene.values(frame)
+    if scene.dim == 3:
         if frame.has_domains:
-            polygons, v, shade = projected_polygons(frame, values, view)
-            rgba = colours(norm(v))
+            polygons, v, shade = projected_polygons(frame, values, scene.view)
+            rgba = colours(scene.norm(v))
             rgba[:, :3] *= shade[:, None]
             axes.add_collection(PolyCollection(polygons, facecolors=rgba, edgecolors=rgba, linewidths=0.2))
         else:
-            order = np.argsort(frame.x @ view.towards)
-            p = view.plane(frame.x[order])
-            axes.scatter(p[:, 0], p[:, 1], s=6, c=colours(norm(values[order])), linewidths=0)
+            order = np.argsort(frame.x @ scene.view.towards)
+            p = scene.view.plane(frame.x[order])
+            axes.scatter(p[:, 0], p[:, 1], s=6, c=colours(scene.norm(values[order])), linewidths=0)
     elif frame.has_domains:
-        axes.add_collection(PolyCollection(frame.corners[:, :, :2], facecolors=colours(norm(values)), edgecolors="white", linewidths=0.15))
+        axes.add_collection(PolyCollection(frame.corners[:, :, :2], facecolors=colours(scene.norm(values)), edgecolors="white", linewidths=0.15))
     else:
-        axes.scatter(frame.x[:, 0], frame.x[:, 1], s=8, c=colours(norm(values)), linewidths=0)
+        axes.scatter(frame.x[:, 0], frame.x[:, 1], s=8, c=colours(scene.norm(values)), linewidths=0)
+
+
+def round_numbers(inches):
+    """A locator of ticks at round numbers, as many as have room."""
+    return matplotlib.ticker.MaxNLocator(max(1, min(5, int(inches / 0.38))), steps=[1, 2, 2.5, 5, 10])
+
+
+def draw_box(axes, scene):
+    """The box around all frames behind the particles, with the scale of each axis on an edge of the outline."""
+    lower, upper = scene.plane()
+    inch = (upper - lower).max() / LONG
+    centre = scene.view.plane((scene.low + scene.high) / 2)
+    for axis, edges in scene.view.edges(scene.low, scene.high).items():
+        lines = [(scene.view.plane(ends), outer) for ends, outer in edges]
+        axes.add_collection(LineCollection([line for line, _ in lines], colors="#bbbbbb", linewidths=0.6, zorder=0))
+        along = lines[0][0][1] - lines[0][0][0]
+        length = np.linalg.norm(along)
+        if length < 0.2 * inch:  # seen from its end
+            continue
+        first = 0 if axis == 2 else 1  # z on the left, x and y below
+        start, end = min((line for line, outer in lines if outer), key=lambda line: (round(line[:, first].sum() / inch, 6), line[:, 1 - first].sum()))
+        out = np.array([along[1], -along[0]]) / length
+        out *= np.sign(out @ ((start + end) / 2 - centre))
+        place = {"fontsize": 7, "textcoords": "offset points", "annotation_clip": False,
+                 "ha": "left" if out[0] > 0.1 else "right" if out[0] < -0.1 else "center",
+                 "va": "bottom" if out[1] > 0.5 else "top" if out[1] < -0.5 else "center"}
+        texts = []
+        for t in round_numbers(length / inch).tick_values(scene.low[axis], scene.high[axis]):
+            if scene.low[axis] <= t <= scene.high[axis]:
+                p = start + (t - scene.low[axis]) / (scene.high[axis] - scene.low[axis]) * (end - start)
+                axes.plot(*np.transpose([p, p + 0.03 * inch * out]), color="#666666", linewidth=0.6, clip_on=False)
+                texts.append(axes.annotate(f"{t + 0.0:g}", p, 4 * out, **place).get_text())
+        far = 8 + (4 * max(map(len, texts), default=0) if abs(out[0]) > 0.5 else 8)  # points, beyond the numbers
+        axes.annotate(f"{'xyz'[axis]}, m", (start + end) / 2, far * out, **place)
+
+
+def draw_frame(axes, frame, scene):
+    """One frame in 2D or 3D with its axes."""
+    draw_particles(axes, frame, scene)
+    lower, upper = scene.plane()
+    axes.set_xlim(lower[0], upper[0])
+    axes.set_ylim(lower[1], upper[1])
     axes.set_aspect("equal")
+    if scene.dim == 3:
+        draw_box(axes, scene)
+        axes.set_axis_off()
+        return
+    for wall in scene.walls:
+        axes.axvline(wall, color="#666666", linewidth=1.5, zorder=0)
+    width, height = scene.panel()
+    axes.xaxis.set_major_locator(round_numbers(width))
+    axes.yaxis.set_major_locator(round_numbers(height))
+    axes.set_xlabel("x, m")
+    axes.set_ylabel("y, m")
 
 
-def extent(frames, dim, view, walls=()):
-    """A box around all frames and walls, with a margin."""
-    points = np.concatenate([f.corners.reshape(-1, 3) for f in frames])
-    points = view.plane(points) if dim == 3 else points[:, :2]
-    low, high = points.min(axis=0), points.max(axis=0)
-    for wall in walls:
-        low[0], high[0] = min(low[0], wall), max(high[0], wall)
-    pad = 0.06 * (high - low).max()
-    return low - pad, high + pad
+def draw_profile(axes, frame, scene, **style):
+    """The field of a frame in 1D over x."""
+    order = np.argsort(frame.x[:, 0])
+    axes.plot(frame.x[order, 0], scene.values(frame)[order], ".-", markersize=3, linewidth=0.8, **style)
+    axes.set_xlabel("x, m")
+    axes.set_ylabel(scene.label())
 
 
-def guess_dim(frames, dim):
-    if dim or frames[0].dim:
-        return dim or frames[0].dim
-    spread = [np.ptp(np.concatenate([f.x[:, a] for f in frames])) for a in range(3)]
-    return 3 if spread[2] > 0 else 2 if spread[1] > 0 else 1
+def draw_frames(axes, frames, scene):
+    """Frames of a scene, one to each axes; 1D: all in axes[0]. Returns what a colour bar needs, None in 1D."""
+    if scene.dim == 1:
+        for frame, colour in zip(frames, plt.get_cmap("viridis")(np.linspace(0.0, 0.85, len(frames)))):
+            draw_profile(axes[0], frame, scene, color=colour, label=f"t = {frame.time:.3g} s")
+        axes[0].legend(loc="lower right", bbox_to_anchor=(1.02, 1.04), ncol=2)
+        return None
+    for a, frame in zip(axes, frames):
+        draw_frame(a, frame, scene)
+        a.set_title(f"t = {frame.time:.3g} s")
+    for a in axes[1:]:
+        a.set_ylabel("")
+        a.tick_params(labelleft=False)
+    return matplotlib.cm.ScalarMappable(scene.norm, "viridis")
 
 
 def draw_snapshots(axes, directory, times, field="velocity", view=None, dim=None, limits=None, walls=()):
@@ -264,38 +442,19 @@ def draw_snapshots(axes, directory, times, field="velocity", view=None, dim=None
     Returns what a colour bar needs, None in 1D.
     """
     frames = nearest_frames(directory, times)
-    dim = guess_dim(frames, dim)
-    if dim == 1:
-        shades = plt.get_cmap("viridis")(np.linspace(0.0, 0.85, len(frames)))
-        for frame, colour in zip(frames, shades):
-            values = frame.fields[field][:, 0] if field in frame.fields and frame.fields[field].ndim == 2 else frame.scalar(field)
-            axes[0].plot(frame.x[:, 0], values, ".-", markersize=3, linewidth=0.8, color=colour, label=f"t = {frame.time:.3g} s")
-        axes[0].set_xlabel("x, m")
-        axes[0].set_ylabel(f"{field.replace('_', ' ')}, {UNITS.get(field, '')}")
-        axes[0].legend(loc="lower right", bbox_to_anchor=(1.02, 0.99), ncol=2)
-        return None
-    view = view or View()
-    values = [f.scalar(field) for f in frames]
-    low, high = limits or (min(v.min() for v in values), max(v.max() for v in values))
-    norm = matplotlib.colors.Normalize(low, high if high > low else low + 1)
-    lower, upper = extent(frames, dim, view, walls)
-    for a, frame, v in zip(axes, frames, values):
-        draw_particles(a, frame, v, norm, view, dim)
-        for wall in walls:
-            a.axvline(wall, color="#666666", linewidth=1.5, zorder=0)
-        a.set_xlim(lower[0], upper[0])
-        a.set_ylim(lower[1], upper[1])
-        a.set_title(f"t = {frame.time:.3g} s")
-        if dim == 3:
-            a.set_axis_off()
-        else:
-            a.locator_params(nbins=5)
-            a.set_xlabel("x, m")
-    if dim == 2:
-        axes[0].set_ylabel("y, m")
-        for a in axes[1:]:
-            a.set_yticklabels([])
-    return matplotlib.cm.ScalarMappable(norm, "viridis")
+    return draw_frames(axes, frames, Scene(frames, field, view, dim or run_dim(directory), limits, walls))
+
+
+def add_colour_bar(figure, mapped, axes, label, width):
+    """Below panels of a width in inches; beside narrow ones."""
+    if width < 2:
+        bar = figure.colorbar(mapped, ax=axes, aspect=25, pad=0.1)
+        bar.set_label(label)
+    else:
+        bar = figure.colorbar(mapped, ax=axes, orientation="horizontal", shrink=min(1, 2.4 / width), aspect=30, pad=0.04)
+        bar.set_label(label, labelpad=1)
+    bar.locator = matplotlib.ticker.MaxNLocator(4)
+    bar.update_ticks()
 
 
 def error_label(name):
@@ -324,12 +483,24 @@ def draw_errors(axes, studies, name, methods):
     axes.set_xlim(hs[0] / 1.25, hs[-1] * 1.25)
     ticks = []
     for h in hs[::-1]:  # only labels with enough room: a character takes a 20th of the axis
-        if not ticks or np.log(ticks[-1] / h) > (0.025 * (len(f"{h:.2g}") + len(f"{ticks[-1]:.2g}")) + 0.05) * np.log(hs[-1] / hs[0]):
+        if not ticks or np.log(ticks[-1] / h) > (0.025 * (len(f"{h:.3g}") + len(f"{ticks[-1]:.3g}")) + 0.05) * np.log(hs[-1] / hs[0]):
             ticks.append(h)
-    axes.set_xticks(ticks, [f"{h:.2g}" for h in ticks])
-    axes.minorticks_off()
+    axes.set_xticks(ticks, [f"{h:.3g}" for h in ticks])
+    axes.xaxis.set_minor_locator(matplotlib.ticker.NullLocator())
+    label_log_axis(axes.yaxis, *axes.get_ylim())
     axes.set_xlabel("h, m")
     axes.set_ylabel(error_label(name))
+
+
+def label_log_axis(axis, low, high):
+    """Ticks at powers of ten; on about a decade also between them."""
+    is_short = np.log10(high / low) < 1.5
+    axis.set_major_locator(matplotlib.ticker.LogLocator(10, subs=(1, 2, 5) if is_short else (1,), numticks=9))
+    axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
+    if is_short and 1e-3 < low < 1e3:
+        axis.set_major_formatter("{x:g}")
+    elif is_short:
+        axis.set_major_formatter(matplotlib.ticker.LogFormatterSciNotation(labelOnlyBase=False, minor_thresholds=(np.inf, np.inf)))
 
 
 def draw_slopes(axes, curves):
@@ -340,7 +511,7 @@ def draw_slopes(axes, curves):
     h = np.geomspace((low * high) ** 0.5, high, 20)
     below = np.min([np.interp(np.log(h), *np.log(c)) for c in curves], axis=0)
     steepest = max(np.log(c[1, -1] / c[1, 0]) / np.log(c[0, -1] / c[0, 0]) for c in curves if c[0, -1] > c[0, 0])
-    orders, label = list(SLOPES.items())[steepest > 2.6]
+    orders, label = list(SLOPES.items())[int(steepest > 2.6)]
     start = np.exp(np.min(below - orders[-1] * np.log(h / h[0]))) / 2
     for order in orders:
         e = start * (h / h[0]) ** order
@@ -356,35 +527,55 @@ def slopes_last(entries):
 # ---- whole figures ---------------------------------------------------------------------------------------------------
 
 def energies(directories, output, labels=None):
-    figure, axes = plt.subplots(figsize=(5, 3.4), layout="constrained")
+    labels = labels or [os.path.basename(os.path.normpath(d)) for d in directories]
+    if len(labels) != len(directories):
+        fail(f"--labels: {len(labels)} names for {len(directories)} runs")
+    figure, axes = plt.subplots(figsize=(5, 3.6), layout="constrained")
     if len(directories) == 1:
         draw_energies(axes, directories[0])
     else:
-        draw_total_energies(axes, directories, labels or [os.path.basename(os.path.normpath(d)) for d in directories])
+        draw_total_energies(axes, directories, labels)
     save(figure, output)
 
 
 def snapshots(directory, output, times, field="velocity", view=None, dim=None, limits=None, curve=None, walls=()):
     """Snapshots in a row; with `curve` ("energies" or FILE:COLUMN) a last panel over time."""
-    first = Frame(read_frames(directory)[0][1])
-    one_dim = guess_dim([first], dim) == 1
-    panels = 1 if one_dim else len(times)
-    width = 3.6 if one_dim else 2.2
-    ratios = [width] * panels + ([3.2] if curve else [])
-    figure, axes = plt.subplots(1, len(ratios), figsize=(sum(ratios), 3.1), layout="constrained", squeeze=False,
+    frames = nearest_frames(directory, times)
+    scene = Scene(frames, field, view, dim or run_dim(directory), limits, walls)
+    panels = 1 if scene.dim == 1 else len(times)
+    width, height = scene.panel()
+    ratios = [width] * panels + ([3.0] if curve else [])
+    height = max(height, 1.8) if curve else height
+    figure, axes = plt.subplots(1, len(ratios), figsize=(sum(ratios) + 1, height + 1), layout="constrained", squeeze=False,
                                 gridspec_kw={"width_ratios": ratios})
-    axes = axes[0]
-    mapped = draw_snapshots(axes[:panels], directory, times, field, view, dim, limits, walls)
+    axes = list(axes[0])
+    mapped = draw_frames(axes[:panels], frames, scene)
     if mapped:
-        bar = figure.colorbar(mapped, ax=list(axes[:panels]), orientation="horizontal", shrink=0.5, aspect=35, pad=0.04)
-        bar.set_label(field_label(field), labelpad=1)
-        bar.locator = matplotlib.ticker.MaxNLocator(5)
-        bar.update_ticks()
+        add_colour_bar(figure, mapped, axes[:panels], scene.label(), width * panels)
     if curve == "energies":
         draw_energies(axes[-1], directory)
     elif curve:
         draw_curves(axes[-1], directory, curve)
+    give_size(figure, axes[:panels], np.array([width, height]), sum(ratios) / width)
     save(figure, output)
+
+
+def give_size(figure, panels, size, columns=1):
+    """Changes a figure so that each panel has a size in inches, whatever room labels take; columns: of this width, side by side.
+
+    The layout is found without equal lengths along the axes, for it takes panels that these make smaller for their labels' room.
+    """
+    aspects = [a.get_aspect() for a in panels]
+    for a in panels:
+        a.set_aspect("auto")
+    for _ in range(3):
+        figure.draw_without_rendering()
+        lacking = size - panels[0].get_position().size * figure.get_size_inches()
+        figure.set_size_inches(figure.get_size_inches() + lacking * [columns, 1])
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")  # from now on nothing moves
+    for a, aspect in zip(panels, aspects):
+        a.set_aspect(aspect)
 
 
 def summary(directories, output=sys.stdout):
@@ -394,7 +585,7 @@ def summary(directories, output=sys.stdout):
         h = read_history(directory)
         start = h["total_energy"][0]
         rows = [h["total_energy"][-1], h["total_energy"].max(), h["strain_energy"].max()]
-        text = [f"{v / start:.4f}" if start > 0 else f"{v:.4g} J" for v in rows]
+        text = [f"{v / start:.4f}" if start > 0 else f"{v:.4g} {unit_of('energy', run_dim(directory))}" for v in rows]
         name = os.path.basename(os.path.normpath(directory))
         output.write(f"| {name} | {h['time'][-1]:.4g} | {len(h) - 1} | {' | '.join(text)} |\n")
 
@@ -491,6 +682,21 @@ def numbers(text):
     return [float(t) for t in text.split(",")]
 
 
+def pair(text):
+    first, second = numbers(text)
+    return first, second
+
+
+def add_options_of_frames(command):
+    command.add_argument("directory")
+    command.add_argument("-o", "--output", required=True)
+    command.add_argument("--field", default="velocity", help="vectors by their size; components as velocity_x, stress_xy")
+    command.add_argument("--limits", type=pair, help="low,high of the colours")
+    command.add_argument("--view", type=pair, default=(-60, 20), help="azimuth,elevation in degrees (3D)")
+    command.add_argument("--dim", type=int, choices=[1, 2, 3], help="where neither particles nor case.toml tell")
+    command.add_argument("--walls", type=numbers, default=[], help="x of vertical lines (2D)")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     commands = parser.add_subparsers(dest="command", required=True)
@@ -501,15 +707,9 @@ def main():
     c.add_argument("--labels", help="names of the runs, separated by commas")
 
     c = commands.add_parser("snapshots", help="particle domains coloured by a field")
-    c.add_argument("directory")
-    c.add_argument("-o", "--output", required=True)
+    add_options_of_frames(c)
     c.add_argument("--times", type=numbers, required=True, help="t1,t2,.. (the nearest frames)")
-    c.add_argument("--field", default="velocity", help="vectors by their size; components as velocity_x, stress_xy")
-    c.add_argument("--limits", type=numbers, help="low,high of the colours")
-    c.add_argument("--view", type=numbers, default=[-60, 20], help="azimuth,elevation in degrees (3D)")
-    c.add_argument("--dim", type=int, choices=[1, 2, 3], help="where points do not tell")
     c.add_argument("--curve", help="a last panel: energies, or FILE:COLUMN[,COLUMN] such as probe_tip.csv:displacement_y")
-    c.add_argument("--walls", type=numbers, default=[], help="x of vertical lines (2D)")
 
     c = commands.add_parser("summary", help="a Markdown table of energies, relative to the first")
     c.add_argument("directory", nargs="+")
@@ -522,7 +722,7 @@ def main():
     try:
         run(o)
     except OSError as e:
-        sys.exit(f"ordo_figures.py: {e}" + ("" if o.command == "convergence" else "; give the directory of a run"))
+        fail(f"{e}" + ("" if o.command == "convergence" else "; give the directory of a run"))
 
 
 def run(o):

@@ -21,16 +21,14 @@ import sys
 import time
 from dataclasses import dataclass, field
 
+import ordo_figures  # first: it says what to install where matplotlib is missing
+from ordo_figures import BLACK, BLUE, COLOURS, GREEN, GREY, MARKERS, ORANGE, PURPLE, RED, UNITS, save
+
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
-from matplotlib.ticker import LogFormatterExponent, LogFormatterSciNotation, LogLocator, NullFormatter
 
-import ordo_figures
-from ordo_figures import BLACK, BLUE, COLOURS, GREY, MARKERS, ORANGE, UNITS, save
-
-GREEN, PURPLE, RED = COLOURS[3], COLOURS[4], COLOURS[5]
 NAMES = {"mpm": "MPM", "cpdi1": "CPDI", "cpdi2": "CPDI2", "cpls": "CPLS", "impm": "IMPM", "icpdi1": "improved CPDI", "impm-adjoint": "adjoint IMPM",
          "ddmpm": "DDMPM", "bsmpm": "BSMPM", "ugimp": "GIMP", "cpdi2e": "enriched CPDI2", "fem": "finite elements"}
 METHOD_COLOURS = {"mpm": BLACK, "cpdi1": BLUE, "cpdi2": GREEN, "cpls": ORANGE, "impm": GREEN, "icpdi1": PURPLE, "impm-adjoint": RED,
@@ -291,15 +289,9 @@ def draw_error_curves(axes, curves, xlabel="cell size, m", ylabel=None, exponent
 
 def finish_log_axes(axes, exponents=False):
     for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
-        is_short = np.log10(high / low) < 1.5  # about a decade: also label numbers between powers
-        axis.set_major_locator(LogLocator(10, subs=(1, 2, 5) if is_short else (1,), numticks=9))
-        axis.set_minor_formatter(NullFormatter())
+        ordo_figures.label_log_axis(axis, low, high)
         if exponents:
-            axis.set_major_formatter((lambda value, _: f"{np.log10(value):.2g}") if is_short else LogFormatterExponent())
-        elif is_short and 1e-3 < low < 1e3:
-            axis.set_major_formatter("{x:g}")
-        elif is_short:
-            axis.set_major_formatter(LogFormatterSciNotation(labelOnlyBase=False, minor_thresholds=(np.inf, np.inf)))
+            axis.set_major_formatter(lambda value, _: f"{np.log10(value):.2g}")
 
 
 def add_legend(figure, axes, slot, columns, extra=()):
@@ -1011,7 +1003,7 @@ def draw_histories(results, group, output):
             if k == 0 and f"{what}_exact" in h:
                 a.plot(h["time"], h[f"{what}_exact"], color=GREY, linewidth=3, alpha=0.5, label="exact")
             a.plot(h["time"], h[what], color=colour, linewidth=1.1, label=label)
-            a.set_ylabel(f"{what.replace('_', ' ')}, J")
+            a.set_ylabel(ordo_figures.field_label(what, sum(f"momentum_{x}" in h for x in "xyz")))
         change = np.sqrt(sum((h[f"grid_momentum_{x}"] - h[f"momentum_{x}"]) ** 2 for x in "xyz" if f"momentum_{x}" in h))
         axes[1, 1].semilogy(h["time"], np.maximum(change / max(h["momentum_size"].max(), 1e-300), 1e-18), color=colour, linewidth=1.1, label=label)
     axes[1, 1].set_ylabel("change of momentum\nby the projection, relative")

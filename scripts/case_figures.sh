@@ -27,8 +27,7 @@ for case in "$@"; do
     vibrating-bar) draw "$case" --times 0.002,0.004,0.011,0.013 --field displacement --curve energies ;;
     pressure-ring) draw "$case" --times 1.0,2.0,4.5 --field von_mises --curve probe_rim.csv:displacement_x ;;
     bimaterial-bar)
-        set -- "$case" --times 0.08,0.16,0.34,0.53 --field stress_yy --limits=-20000,160000 --dim 3 --view=-90,90 \
-            --curve probe_B.csv:stress_yy
+        set -- "$case" --times 0.08,0.16,0.34,0.53 --field stress_yy --limits=-20000,160000 --curve probe_B.csv:stress_yy
         draw "$@"
         (preset=cpdi2; draw "$@")
         ;;
