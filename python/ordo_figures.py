@@ -48,6 +48,11 @@ UNITS = {"time": "s", "dt": "s", "displacement": "m", "position": "m", "center":
 UNITS_OF_TOTALS = {"mass": ("kg/m²", "kg/m", "kg"), "volume": ("m", "m²", "m³"), "momentum": ("kg/(m s)", "kg/s", "kg m/s"),
                    "angular_momentum": ("kg/s", "kg m/s", "kg m²/s"), "energy": ("J/m²", "J/m", "J")}
 LABELS = {"velocity": "speed", "von_mises": "von Mises stress"}
+# Where the energy is: column of history.csv, label, colour. Work is positive when taken from the bodies, so the sum of all columns changes
+# only by the error of the method.
+ENERGIES = [("kinetic_energy", "kinetic", BLUE), ("strain_energy", "strain", ORANGE), ("potential_energy", "gravity", GREEN),
+            ("boundary_work", "taken by boundaries", PURPLE), ("traction_work", "taken by tractions", RED),
+            ("body_force_work", "taken by body forces", TEAL)]
 METADATA = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}  # of figures, by suffix
 LONG, SHORT = 2.3, 0.9                          # sides of a panel, inches: the long one, the short one at least
 LINES = ["-", "--", "-.", ":"]
@@ -212,22 +217,34 @@ def field_label(name, dim=None):
     return ", ".join(filter(None, [text, unit_of(name, dim)]))
 
 
+def energy_curves(history):
+    """Energies and work over time as (label, colour, values), the last the sum of all columns of ENERGIES.
+
+    Kinetic and strain energy always, others where they are not zero; of gravity the change since the start.
+    """
+    there = [row for row in ENERGIES if row[0] in history.dtype.names]
+    curves = [(label, colour, history[c] - (history[c][0] if c == "potential_energy" else 0)) for c, label, colour in there]
+    largest = max(np.abs(values).max() for _, _, values in curves)
+    drawn = [c for k, c in enumerate(curves) if k < 2 or np.abs(c[2]).max() > 1e-9 * largest]
+    return drawn + [("sum", BLACK, sum(values for _, _, values in curves))]
+
+
 def draw_energies(axes, directory):
-    """Kinetic, strain and total energy over time, as in Tran et al. (2019) Figs. 52, 53, 56, 57."""
-    h = read_history(directory)
-    axes.plot(h["time"], h["total_energy"], color=BLACK, label="total")
-    axes.plot(h["time"], h["kinetic_energy"], color=BLUE, label="kinetic")
-    axes.plot(h["time"], h["strain_energy"], color=ORANGE, label="strain")
+    """Where the energy is over time: kinetic, strain, gravity, work taken, and their sum."""
+    history = read_history(directory)
+    for label, colour, values in energy_curves(history):
+        axes.plot(history["time"], values, color=colour, label=label, linewidth=1.2)
     finish_time_axes(axes, f"energy, {unit_of('energy', run_dim(directory))}")
 
 
 def draw_total_energies(axes, directories, labels):
-    """Total energies of several runs, as in Tran et al. (2019) Figs. 54 and 58."""
+    """The sums of energies and work of several runs, as in Tran et al. (2019) Figs. 54 and 58."""
     for k, (directory, label) in enumerate(zip(directories, labels)):
-        h = read_history(directory)
-        axes.plot(h["time"], h["total_energy"], color=COLOURS[k % len(COLOURS)], label=label)
+        history = read_history(directory)
+        axes.plot(history["time"], energy_curves(history)[-1][2], color=COLOURS[k % len(COLOURS)], label=label,
+                  linestyle=LINES[k // len(COLOURS) % len(LINES)], linewidth=1.2)
     units = dict.fromkeys(unit_of("energy", run_dim(d)) for d in directories)
-    finish_time_axes(axes, f"total energy, {' or '.join(units)}")
+    finish_time_axes(axes, f"sum of energies and work, {' or '.join(units)}")
 
 
 def draw_curves(axes, directory, columns):
@@ -701,7 +718,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     commands = parser.add_subparsers(dest="command", required=True)
 
-    c = commands.add_parser("energies", help="kinetic, strain and total energy; of several runs the total energies")
+    c = commands.add_parser("energies", help="kinetic, strain and gravity's energy, work taken, and their sum; of several runs the sums")
     c.add_argument("directory", nargs="+")
     c.add_argument("-o", "--output", required=True)
     c.add_argument("--labels", help="names of the runs, separated by commas")

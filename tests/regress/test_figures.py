@@ -10,6 +10,7 @@ import sys
 import unittest
 
 import matplotlib.image
+import numpy as np
 from harness import CASE, ROOT, InTemporaryDirectory, edit, ordo
 
 sys.path.insert(0, str(ROOT / "python"))
@@ -111,6 +112,47 @@ class MissingModules(Figures):
         run, env = self.run_dim(2), self.without("vtkmodules")
         self.refused("snapshots", run, "-o", "a.png", "--times", 0, told=["No module named vtkmodules", "python3-vtk9"], env=env)
         self.draw("energies", run, "-o", "a.png", env=env)
+
+
+class Energies(Figures):
+    def table(self, **columns):
+        table = np.zeros(3, [(name, float) for name in ("time", "kinetic_energy", "strain_energy", "total_energy", "potential_energy", *columns)])
+        table["kinetic_energy"], table["strain_energy"] = [0, 3, 1], [0, 1, 4]
+        table["total_energy"] = [0, 4, 5]
+        for name, values in columns.items():
+            table[name] = values
+        return table
+
+    def test_zero_columns_are_not_drawn(self):
+        self.assertEqual(self.drawn(self.table()), {"kinetic": [0, 3, 1], "strain": [0, 1, 4], "sum": [0, 4, 5]})
+        self.assertEqual(list(self.drawn(self.table(traction_work=0))), ["kinetic", "strain", "sum"])
+
+    def drawn(self, table):
+        return {label: list(values) for label, _, values in figures.energy_curves(table)}
+
+    def test_gravity_is_its_change(self):
+        table = self.table()
+        table["potential_energy"] = [100, 96, 95]
+        self.assertEqual(self.drawn(table), {"kinetic": [0, 3, 1], "strain": [0, 1, 4], "gravity": [0, -4, -5], "sum": [0, 0, 0]})
+        table["potential_energy"] = 100  # bodies that stay at one height
+        self.assertEqual(list(self.drawn(table)), ["kinetic", "strain", "sum"])
+
+    def test_work_counts_in_the_sum(self):
+        drawn = self.drawn(self.table(boundary_work=[0, 0, 1], traction_work=[0, -4, -4], body_force_work=[0, 0, -2]))
+        self.assertEqual(drawn["sum"], [0, 0, 0])
+        self.assertEqual(list(drawn), ["kinetic", "strain", "taken by boundaries", "taken by tractions", "taken by body forces", "sum"])
+
+    def test_a_later_column_is_a_row(self):
+        self.addCleanup(setattr, figures, "ENERGIES", figures.ENERGIES)
+        figures.ENERGIES = figures.ENERGIES + [("damping_work", "taken by damping", figures.BROWN)]
+        drawn = self.drawn(self.table(damping_work=[0, 1, 2]))
+        self.assertEqual((drawn["taken by damping"], drawn["sum"]), ([0, 1, 2], [0, 5, 7]))
+
+    def test_a_falling_body_keeps_the_sum(self):
+        history = figures.read_history(self.run_case("falling", FALLING))
+        drawn = {label: values for label, _, values in figures.energy_curves(history)}
+        self.assertGreater(np.ptp(drawn["kinetic"]), 1)
+        self.assertLess(np.ptp(drawn["sum"]), 0.05 * np.ptp(drawn["gravity"]))
 
 
 class Pictures(Figures):
