@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""Figures and summaries of ordo's output: energies over time, particle domains coloured by a field, errors over h.
+"""Figures, movies and summaries of ordo's output: energies over time, particle domains coloured by a field, errors over h.
 
 Reads history.csv, probe_*.csv, particles.pvd and the VTU files it names, and the JSON of `ordo verify`; needs numpy,
-matplotlib 3.6 and, for particles, vtk.
+matplotlib 3.6 and, for particles, vtk; for movies in MP4 ffmpeg.
 On the command line (see --help) or as a module: each function draws into axes that it is given.
 """
 
@@ -10,6 +10,7 @@ import argparse
 import json
 import os
 import re
+import subprocess
 import sys
 import textwrap
 import xml.etree.ElementTree as ElementTree
@@ -31,6 +32,7 @@ try:
 
     matplotlib.use("Agg")
 
+    import matplotlib.animation
     import matplotlib.pyplot as plt
     import matplotlib.ticker
     import numpy as np
@@ -54,6 +56,7 @@ ENERGIES = [("kinetic_energy", "kinetic", BLUE), ("strain_energy", "strain", ORA
             ("boundary_work", "taken by boundaries", PURPLE), ("traction_work", "taken by tractions", RED),
             ("body_force_work", "taken by body forces", TEAL)]
 METADATA = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}  # of figures, by suffix
+WRITERS = {".mp4": "ffmpeg", ".gif": "pillow"}  # of movies, by suffix
 LONG, SHORT = 2.3, 0.9                          # sides of a panel, inches: the long one, the short one at least
 LINES = ["-", "--", "-.", ":"]
 SLOPES = {(1, 2): "orders 1 and 2", (2, 3, 4): "orders 2, 3 and 4"}  # reference lines and their names in legends
@@ -595,6 +598,50 @@ def give_size(figure, panels, size, columns=1):
         a.set_aspect(aspect)
 
 
+def movie_writer(output, fps):
+    """The writer of matplotlib for the suffix of a file."""
+    suffix = suffix_of(output, WRITERS)
+    if not matplotlib.animation.writers.is_available(WRITERS[suffix]):
+        fail(f"-o {output}: {suffix} needs {WRITERS[suffix]}, which is not there; apt-get install ffmpeg, or write a .gif")
+    return matplotlib.animation.writers[WRITERS[suffix]](fps=fps)
+
+
+def movie(directory, output, field="velocity", view=None, dim=None, limits=None, walls=(), fps=10, every=1):
+    """All frames, or each of `every`, as a movie; axes and colours have the same limits in each."""
+    writer = movie_writer(output, fps)
+    times, files = zip(*read_frames(directory)[::every])
+    scene = Scene(map(Frame, files), field, view, dim or run_dim(directory), limits, walls)
+    steps = np.diff(times)
+    digits = max(0, 1 - int(np.floor(np.log10(min(steps[steps > 0], default=1)))))  # so that times of frames differ
+    size = 1.8 * scene.panel()
+    figure, axes = plt.subplots(figsize=size + 1, layout="constrained")
+    if scene.dim > 1:
+        add_colour_bar(figure, matplotlib.cm.ScalarMappable(scene.norm, "viridis"), axes, scene.label(), size[0])
+    draw_still(axes, Frame(files[0]), scene, digits)
+    give_size(figure, [axes], size)
+    try:
+        with writer.saving(figure, output, 120):
+            for file in files:
+                axes.clear()
+                draw_still(axes, Frame(file), scene, digits)
+                writer.grab_frame()
+    except subprocess.CalledProcessError as e:
+        fail(f"-o {output}: ffmpeg ends with exit code {e.returncode}; write a .gif")
+    plt.close(figure)
+
+
+def draw_still(axes, frame, scene, digits):
+    """One picture of a movie."""
+    if scene.dim == 1:
+        draw_profile(axes, frame, scene, color=BLUE)
+        low, high = scene.norm.vmin, scene.norm.vmax
+        axes.set_xlim(scene.low[0], scene.high[0])
+        axes.set_ylim(low - 0.05 * (high - low), high + 0.05 * (high - low))
+    else:
+        draw_frame(axes, frame, scene)
+    axes.set_title(f"t = {frame.time:.{digits}f} s")
+
+
 def summary(directories, output=sys.stdout):
     """One Markdown row per run: energies relative to the initial total energy."""
     output.write("| run | time reached, s | steps | total energy at the end | largest total energy | largest strain energy |\n|---|---|---|---|---|---|\n")
@@ -704,6 +751,12 @@ def pair(text):
     return first, second
 
 
+def at_least_one(text):
+    if int(text) < 1:
+        raise ValueError
+    return int(text)
+
+
 def add_options_of_frames(command):
     command.add_argument("directory")
     command.add_argument("-o", "--output", required=True)
@@ -728,6 +781,11 @@ def main():
     c.add_argument("--times", type=numbers, required=True, help="t1,t2,.. (the nearest frames)")
     c.add_argument("--curve", help="a last panel: energies, or FILE:COLUMN[,COLUMN] such as probe_tip.csv:displacement_y")
 
+    c = commands.add_parser("movie", help="the same over time, as MP4 (needs ffmpeg) or GIF")
+    add_options_of_frames(c)
+    c.add_argument("--fps", type=at_least_one, default=10, help="frames a second")
+    c.add_argument("--every", type=at_least_one, default=1, help="only each n-th frame")
+
     c = commands.add_parser("summary", help="a Markdown table of energies, relative to the first")
     c.add_argument("directory", nargs="+")
 
@@ -747,6 +805,8 @@ def run(o):
         energies(o.directory, o.output, o.labels.split(",") if o.labels else None)
     elif o.command == "snapshots":
         snapshots(o.directory, o.output, o.times, o.field, View(*o.view), o.dim, o.limits, o.curve, o.walls)
+    elif o.command == "movie":
+        movie(o.directory, o.output, o.field, View(*o.view), o.dim, o.limits, o.walls, o.fps, o.every)
     elif o.command == "convergence":
         convergence(o.file, o.output)
     else:

@@ -1,17 +1,18 @@
-"""Figures of runs (`python/ordo_figures.py`): no warnings, nothing cut or overlapping, right units, one line of error.
+"""Figures and movies of runs (`python/ordo_figures.py`): no warnings, nothing cut or overlapping, right units, one line of error.
 
 Figures are looked at through matplotlib before they are written, not by their pixels.
 """
 
 import itertools
 import os
+import shutil
 import subprocess
 import sys
 import unittest
 
 import matplotlib.image
 import numpy as np
-from harness import CASE, ROOT, InTemporaryDirectory, edit, ordo
+from harness import CASE, ROOT, InTemporaryDirectory, edit, frames, ordo
 
 sys.path.insert(0, str(ROOT / "python"))
 
@@ -62,6 +63,7 @@ class Commands(Figures):
             with self.subTest(name):
                 self.draw("energies", run, "-o", "energies.png")
                 self.draw("snapshots", run, "-o", "snapshots.png", "--times", "0,0.01", "--curve", "energies")
+                self.draw("movie", run, "-o", "movie.gif", "--every", 3)
         self.draw("energies", *runs.values(), "-o", "several.pdf")
         self.draw("snapshots", runs["2d-mpm"], "-o", "curve.svg", "--times", 0, "--field", "stress_xy", "--curve", "history.csv:mass,momentum_x",
                   "--limits=-1,1", "--walls", "0.1,0.9")
@@ -90,6 +92,8 @@ class Commands(Figures):
         self.refused("snapshots", run, "-o", "a.png", "--times", 0, "--field", "heat", told=["no field heat", "von_mises"])
         self.refused("snapshots", run, "-o", "a.png", "--times", 0, "--curve", "history.csv:heat", told=["no column heat", "strain_energy"])
         self.refused("convergence", self.write("a.json", "[1]").name, "-o", "b", told=["ordo verify --json"])
+        self.write("2d-cpdi1/particles.pvd", "<VTKFile/>")
+        self.refused("movie", run, "-o", "a.gif", told=["names no frames"])
 
 
 class MissingModules(Figures):
@@ -111,7 +115,48 @@ class MissingModules(Figures):
     def test_vtk_only_for_particles(self):
         run, env = self.run_dim(2), self.without("vtkmodules")
         self.refused("snapshots", run, "-o", "a.png", "--times", 0, told=["No module named vtkmodules", "python3-vtk9"], env=env)
+        self.refused("movie", run, "-o", "a.gif", told=["No module named vtkmodules", "python3-vtk9"], env=env)
         self.draw("energies", run, "-o", "a.png", env=env)
+
+
+class Movies(Figures):
+    def test_gif(self):
+        try:
+            from PIL import Image
+        except ImportError:
+            self.skipTest("PIL is missing")
+        run = self.run_dim(2)
+        count = len(frames(run))
+        self.assertEqual(count, 6)
+        for every, expected in ((1, 6), (4, 2)):
+            self.draw("movie", run, "-o", "movie.gif", "--fps", 5, "--every", every)
+            with Image.open(self.dir / "movie.gif") as movie:
+                self.assertEqual((movie.n_frames, movie.info["duration"]), (expected, 200))
+
+    def test_mp4(self):
+        if not shutil.which("ffmpeg") or not shutil.which("ffprobe"):
+            self.skipTest("ffmpeg is missing")
+        self.draw("movie", self.run_dim(3), "-o", "movie.mp4", "--field", "stress_xx")
+        probe = ["ffprobe", "-v", "error", "-count_frames", "-show_entries", "stream=nb_read_frames", "-of", "csv=p=0", "movie.mp4"]
+        self.assertEqual(subprocess.run(probe, cwd=self.dir, capture_output=True, text=True, check=True).stdout.strip(), "6")
+
+    def test_nothing_to_write_it_with(self):
+        run = self.run_dim(2)
+        self.refused("movie", run, "-o", "movie.mp4", told=["ffmpeg", "apt-get install ffmpeg", ".gif"], env={"PATH": ""})
+        self.refused("movie", run, "-o", "movie.avi", told=[".mp4 or .gif"])
+        broken = self.write("ffmpeg", "#!/bin/sh\nexit 3\n")
+        broken.chmod(0o755)
+        self.refused("movie", run, "-o", "movie.mp4", told=["ffmpeg ends", ".gif"], env={"PATH": str(self.dir)})
+
+    def test_limits_are_those_of_all_frames(self):
+        """Frames before and after the largest value have its colour scale too, and places of all."""
+        run = self.run_case("falling", edit(FALLING, "[output]\ninterval = 0.02\nfields = ['velocity']\n"))
+        all_frames = [figures.Frame(str(path)) for _, path in frames(run)]
+        scene = figures.Scene(iter(all_frames))
+        speeds = [f.scalar("velocity") for f in all_frames]
+        self.assertEqual((scene.norm.vmin, scene.norm.vmax), (0, max(s.max() for s in speeds)))
+        self.assertGreater(scene.norm.vmax, 3 * speeds[1].max())
+        self.assertEqual((scene.low[1], scene.high[1]), (all_frames[-1].corners[..., 1].min(), all_frames[0].corners[..., 1].max()))
 
 
 class Energies(Figures):
