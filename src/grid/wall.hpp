@@ -7,6 +7,7 @@
 #include "grid/lattice.hpp"
 #include "grid/tiles.hpp"
 
+#include <unordered_map>
 #include <vector>
 
 namespace ordo {
@@ -20,6 +21,7 @@ struct Wall {
     Vec<D> normal{};            ///< of length 1, out of the wall
     VectorField<D> velocity{};  ///< a function of time, m/s
     double friction = 0.0;      ///< Coulomb's coefficient
+    int boundary    = 0;        ///< the boundary of the case that it belongs to
 
     /// Of x from the surface, m; negative in the wall. `shift` is how far the wall has moved since t = 0.
     double distance(const Vec<D>& x, const Vec<D>& shift) const { return dot(x - point - shift, normal); }
@@ -111,17 +113,31 @@ Vec<D> push(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& u, con
     return v;
 }
 
-/// Pushes a node at x out of the walls that it has entered.
-template <int D>
+/// Notes what walls did to a node of mass m that moves with v since. The normal impulse works on the wall's velocity, friction
+/// on the node's.
+template <int D, class Note>
+void note_impulses(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& u, const std::vector<int>& touched,
+                   const WallImpulses<D>& impulses, Vec<D, bool> is_free, double m, const Vec<D>& v, const Note& note)
+{
+    for (const int k : touched) {
+        const Vec<D> pushed = m * impulses[k].normal * along(is_free, walls[k].normal), rubbed = m * impulses[k].tangential;
+        note({walls[k].boundary, pushed + rubbed, -dot(pushed, u[k]) - dot(rubbed, v)});
+    }
+}
+
+/// Pushes a node at x out of the walls that it has entered, and notes the impulses.
+template <int D, class Note>
 void push_out(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, const Vec<D>& x, Vec<D, bool> is_free,
-              double t, Lanes& node)
+              double t, Lanes& node, const Note& note)
 {
     std::vector<int> touched;
     for (std::size_t k = 0; k < walls.size(); ++k)
         if (walls[k].distance(x, shifts[k]) <= 0) touched.push_back(static_cast<int>(k));
     if (touched.empty()) return;
     WallImpulses<D> impulses{};
-    set_velocity(node, push(walls, velocities(walls, t), touched, is_free, velocity_of<D>(node), impulses), true);
+    const std::vector<Vec<D>> u = velocities(walls, t);
+    set_velocity(node, push(walls, u, touched, is_free, velocity_of<D>(node), impulses), true);
+    note_impulses(walls, u, touched, impulses, is_free, node[NodeLane::mass], velocity_of<D>(node), note);
 }
 
 /// The nodes that walls may act on, among those that the material touches; rebuilt by the sort.
@@ -129,8 +145,8 @@ template <int D>
 class WallNodes {
   public:
     WallNodes() = default;
-    WallNodes(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, const std::vector<Condition<D>>& conditions,
-              const Lattice<D>& lattice, const Tiles<D>& tiles)
+    WallNodes(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, const Lattice<D>& lattice,
+              const Tiles<D>& tiles)
         : tolerance_(1e-9 * *std::min_element(lattice.h.c, lattice.h.c + D)), walls_(walls.size())
     {
         if (walls.empty()) return;
@@ -141,27 +157,38 @@ class WallNodes {
                 bool is_near = false;
                 for (std::size_t k = 0; k < walls.size(); ++k)
                     is_near = is_near || walls[k].moves() || walls[k].distance(x, shifts[k]) <= tolerance_;
-                if (!is_near) return;
-                Vec<D, bool> is_free{};
-                for (int a = 0; a < D; ++a)
-                    is_free[a] = holding(conditions, a, [&](int c) {
-                                     const Condition<D>& b = conditions[c];
-                                     return b.covers(x[b.axis], lattice.h[b.axis]);
-                                 }) < 0;
-                nodes_.push_back({lattice.offset(at), x, is_free});
+                if (is_near) nodes_.push_back({lattice.offset(at), x, {}, lattice.is_image(at)});
             });
         grips_.assign(nodes_.size() * walls_, Grip::none);
     }
 
+    /// From now on walls leave the components alone that conditions hold.
+    void leave(const Constraints<D>& held)
+    {
+        if (nodes_.empty()) return;
+        std::unordered_map<std::ptrdiff_t, std::size_t> number;
+        for (std::size_t i = 0; i < nodes_.size(); ++i) {
+            number.emplace(nodes_[i].node, i);
+            for (int a = 0; a < D; ++a) nodes_[i].is_free[a] = true;
+        }
+        held.for_each([&](std::ptrdiff_t node, int component, bool) {
+            if (const auto at = number.find(node); at != number.end()) nodes_[at->second].is_free[component] = false;
+        });
+    }
+
     /// Pushes the advanced nodes that move into walls, and remembers which. Increments change like velocities.
     /// @param t time of the velocities, s
-    void advance(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, Lanes* nodes, double t)
+    /// @param sums get the impulses
+    void advance(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, Lanes* nodes, double t,
+                 const ExchangeSums<D>& sums)
     {
         const std::vector<Vec<D>> u = velocities(walls, t);
-        for_each(walls, shifts, nodes, [&](std::size_t i, const std::vector<int>& touched, Lanes& node) {
+        for_each(walls, shifts, nodes, sums, [&](std::size_t i, const std::vector<int>& touched, Lanes& node, auto&& note) {
             WallImpulses<D> impulses{};
             set_velocity(node, push(walls, u, touched, nodes_[i].is_free, velocity_of<D>(node), impulses), true);
             for (const int k : touched) grips_[i * walls_ + k] = impulses[k].grip;
+            if (!nodes_[i].is_image)
+                note_impulses(walls, u, touched, impulses, nodes_[i].is_free, node[NodeLane::mass], velocity_of<D>(node), note);
         });
     }
 
@@ -169,7 +196,7 @@ class WallNodes {
     void repeat(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, Lanes* nodes, double t) const
     {
         const std::vector<Vec<D>> u = velocities(walls, t);
-        for_each(walls, shifts, nodes, [&](std::size_t i, const std::vector<int>& touched, Lanes& node) {
+        for_each(walls, shifts, nodes, {nullptr, 0.0}, [&](std::size_t i, const std::vector<int>& touched, Lanes& node, auto&&) {
             Vec<D> v = velocity_of<D>(node);
             for (int sweep = 0; sweep < sweeps_for(touched); ++sweep)
                 for (const int k : touched) {
@@ -182,26 +209,51 @@ class WallNodes {
         });
     }
 
-  private:
     struct Node {
         std::ptrdiff_t node;
         Vec<D> x;              ///< m
         Vec<D, bool> is_free;  ///< axes that no condition holds
+        bool is_image;         ///< repeats another node of a periodic axis
+    };
+    /// A listed node in walls.
+    struct Touch {
+        std::size_t number;  ///< in the list
+        Node node;
+        std::vector<int> walls;
     };
 
-    /// f(i, walls, node record) for each listed node i with mass in a wall, in parallel.
-    template <class F>
-    void for_each(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, Lanes* nodes, F&& f) const
+    /// The nodes with mass that lie in walls, without images.
+    std::vector<Touch> touches(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, const Lanes* nodes) const
     {
-        parallel_pieces(static_cast<std::ptrdiff_t>(nodes_.size()), [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-            std::vector<int> touched;
-            for (std::ptrdiff_t i = begin; i < end; ++i) {
-                Lanes& node = nodes[nodes_[i].node];
-                touched.clear();
-                for (std::size_t k = 0; k < walls.size() && node[NodeLane::mass] > 0; ++k)
-                    if (walls[k].distance(nodes_[i].x, shifts[k]) <= tolerance_) touched.push_back(static_cast<int>(k));
-                if (!touched.empty()) f(static_cast<std::size_t>(i), touched, node);
-            }
+        std::vector<Touch> r;
+        for (std::size_t i = 0; i < nodes_.size(); ++i)
+            if (std::vector<int> touched = touched_by(nodes_[i], walls, shifts, nodes); !touched.empty() && !nodes_[i].is_image)
+                r.push_back({i, nodes_[i], std::move(touched)});
+        return r;
+    }
+
+    /// What a wall does to a listed node, see `repeat`; for whoever solves for the impulses in place of `advance`.
+    void set_grip(std::size_t number, int wall, Grip grip) { grips_[number * walls_ + wall] = grip; }
+    Grip grip(std::size_t number, int wall) const { return grips_[number * walls_ + wall]; }
+
+  private:
+    std::vector<int> touched_by(const Node& at, const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts,
+                                const Lanes* nodes) const
+    {
+        std::vector<int> r;
+        for (std::size_t k = 0; k < walls.size() && nodes[at.node][NodeLane::mass] > 0; ++k)
+            if (walls[k].distance(at.x, shifts[k]) <= tolerance_) r.push_back(static_cast<int>(k));
+        return r;
+    }
+
+    /// f(i, walls, node record, note) for each listed node i with mass in a wall, in parallel.
+    template <class F>
+    void for_each(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, Lanes* nodes, const ExchangeSums<D>& sums,
+                  F&& f) const
+    {
+        sums.for_each(static_cast<std::ptrdiff_t>(nodes_.size()), [&](std::ptrdiff_t i, auto&& note) {
+            const std::vector<int> touched = touched_by(nodes_[i], walls, shifts, nodes);
+            if (!touched.empty()) f(static_cast<std::size_t>(i), touched, nodes[nodes_[i].node], note);
         });
     }
 

@@ -29,14 +29,13 @@ Vec<D, T> to_vec(const std::vector<T>& v)
 // ---- input to structs -------------------------------------------------------------------------------------------------------
 
 template <int D>
-setup::TubeShape<D> tube_of(const BodyInput& b)
+Tube<D> tube_of(const ShapeInput& b)
 {
     constexpr double degree = std::numbers::pi / 180;
-    setup::TubeShape<D> shape{.is_polar = b.cells == "polar", .radial = b.radial, .angular = b.angular, .layers = b.layers};
-    Tube<D>& tube = shape.tube;
-    tube.center   = to_vec<D>(b.center);
-    tube.inner    = b.inner_radius.value_or(0.0);
-    tube.outer    = *b.radius;
+    Tube<D> tube{};
+    tube.center = to_vec<D>(b.center);
+    tube.inner  = b.inner_radius.value_or(0.0);
+    tube.outer  = *b.radius;
     if (!b.angle.empty()) {
         tube.from = b.angle[0] * degree;
         tube.to   = b.angle[1] * degree;
@@ -46,7 +45,18 @@ setup::TubeShape<D> tube_of(const BodyInput& b)
         tube.bottom = tube.center[tube.axis] - *b.height / 2;
         tube.top    = tube.center[tube.axis] + *b.height / 2;
     }
-    return shape;
+    return tube;
+}
+
+template <int D>
+Bounds<D> box_of(const ShapeInput& b)
+{
+    return {to_vec<D>(b.lower), to_vec<D>(b.upper)};
+}
+template <int D>
+Ball<D> ball_of(const ShapeInput& b)
+{
+    return {to_vec<D>(b.center), *b.radius};
 }
 
 template <int D>
@@ -68,8 +78,16 @@ setup::BodyShape<D> shape_of(const BodyInput& b)
 {
     if (b.shape == "particles") return read_particles<D>(b);
     if (b.shape == "mesh") return mesh_of<D>(b);
-    if (b.shape == "box") return Bounds<D>{to_vec<D>(b.lower), to_vec<D>(b.upper)};
-    if (b.shape == "ball") return Ball<D>{to_vec<D>(b.center), *b.radius};
+    if (b.shape == "box") return box_of<D>(b);
+    if (b.shape == "ball") return ball_of<D>(b);
+    return setup::TubeShape<D>{tube_of<D>(b), b.cells == "polar", b.radial, b.angular, b.layers};
+}
+
+template <int D>
+setup::Region<D> region_of(const ShapeInput& b)
+{
+    if (b.shape == "box") return box_of<D>(b);
+    if (b.shape == "ball") return ball_of<D>(b);
     return tube_of<D>(b);
 }
 
@@ -94,21 +112,33 @@ setup::FaceType face_type(const std::string& type)
     if (type == "symmetry") return setup::FaceType::symmetry;
     if (type == "wall") return setup::FaceType::wall;
     if (type == "periodic") return setup::FaceType::periodic;
+    if (type == "displacement") return setup::FaceType::displacement;
     return type == "free" ? setup::FaceType::free : setup::FaceType::velocity;
+}
+
+/// The number of a body of this name.
+int number_of(const std::string& name, const std::vector<BodyInput>& bodies)
+{
+    const auto body = std::find_if(bodies.begin(), bodies.end(), [&](const BodyInput& b) { return b.name == name; });
+    return static_cast<int>(body - bodies.begin());
 }
 
 /// Boundary k of those of a table.
 template <int D>
-setup::BoundarySpec<D> boundary_of(const BoundaryInput& b, std::size_t k)
+setup::BoundarySpec<D> boundary_of(const BoundaryInput& b, std::size_t k, const std::vector<BodyInput>& bodies)
 {
-    setup::BoundarySpec<D> r{.type = face_type(b.type), .at = b.at_coordinate, .friction = b.friction.value_or(0.0)};
-    if (b.normal.empty()) {
+    setup::BoundarySpec<D> r{
+        .name = b.name, .type = face_type(b.type), .at = b.at_coordinate, .friction = b.friction.value_or(0.0)};
+    if (!b.face.empty()) {
         r.axis     = b.face[k][0] - 'x';
         r.is_above = b.face[k].ends_with("max");
-    } else {
+    }
+    if (!b.normal.empty()) {
         r.normal = to_vec<D>(b.normal);
         r.point  = to_vec<D>(b.point);
     }
+    if (b.region) r.region = region_of<D>(*b.region);
+    if (!b.body.empty()) r.body = number_of(b.body, bodies);
     for (int a = 0; a < D && !b.value.empty(); ++a)
         if (b.value[a].value != decltype(b.value[a].value){"free"}) r.value[a] = make_field(b.value[a]);
     return r;
@@ -126,8 +156,7 @@ setup::BodyFace body_face(const std::string& name)
 template <int D>
 setup::TractionSpec<D> traction_of(const TractionInput& t, const std::vector<BodyInput>& bodies)
 {
-    const auto body = std::find_if(bodies.begin(), bodies.end(), [&](const BodyInput& b) { return b.name == t.body; });
-    setup::TractionSpec<D> r{.body     = static_cast<int>(body - bodies.begin()),
+    setup::TractionSpec<D> r{.body     = number_of(t.body, bodies),
                              .faces    = {},
                              .traction = {.type  = t.type == "pressure"   ? TractionType::pressure
                                                    : t.type == "traction" ? TractionType::traction
@@ -151,7 +180,7 @@ setup::CaseSpec<D> spec_of(const CaseInput& in)
     if (in.time.cfl) spec.time.cfl = *in.time.cfl;
     for (const BodyInput& b : in.bodies) spec.bodies.push_back(body_of<D>(b, in.materials));
     for (const BoundaryInput& b : in.boundaries)
-        for (std::size_t k = 0; k < b.count(); ++k) spec.boundaries.push_back(boundary_of<D>(b, k));
+        for (std::size_t k = 0; k < b.count(); ++k) spec.boundaries.push_back(boundary_of<D>(b, k, in.bodies));
     for (const TractionInput& t : in.tractions) spec.tractions.push_back(traction_of<D>(t, in.bodies));
     return spec;
 }

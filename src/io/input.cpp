@@ -125,32 +125,39 @@ const Section<MaterialInput>& material_section()
     return s;
 }
 
+/// The keys of shapes, of bodies and of regions.
+template <class Owner>
+std::vector<Key<Owner>> shape_keys()
+{
+    return {
+        {&Owner::center, {.name = "center", .what = "centre of a round shape", .unit = "m", .per_axis = true}},
+        {&Owner::radius, {.name = "radius", .what = "(outer) radius", .unit = "m", .min = 0, .open_min = true}},
+        {&Owner::inner_radius, {.name = "inner_radius",
+            .what = "inner radius of a ring or hollow cylinder", .unit = "m", .min = 0}},
+        {&Owner::height, {.name = "height",
+            .what = "length of a cylinder along its axis", .unit = "m", .min = 0, .open_min = true}},
+        {&Owner::axis, {.name = "axis",
+            .what = "axis of a cylinder, or of a mesh whose faces inner and outer carry tractions",
+            .default_text = "\"z\"", .choices = {"x", "y", "z"}}},
+        {&Owner::angle, {.name = "angle",
+            .what = "first and last angle of a part of a ring or cylinder, measured from the first of "
+                    "the two transverse axes towards the second",
+            .unit = "degree", .default_text = "[0, 360]", .min = -360, .max = 720}},
+        {&Owner::lower, {.name = "lower", .what = "smallest coordinates of a box", .unit = "m", .per_axis = true}},
+        {&Owner::upper, {.name = "upper", .what = "largest coordinates of a box", .unit = "m", .per_axis = true}}};
+}
+
 const Section<BodyInput>& body_section()
 {
     static const Section<BodyInput> s = [] {
         std::vector<std::string> names;
         for (const ShapeInfo& i : shapes()) names.push_back(i.name);
-        return Section<BodyInput>{
+        Section<BodyInput> section{
             .name = "body", .what = "A body. Bodies interact through the common grid: contact without slip.", .repeated = true,
             .keys = {
                 {&BodyInput::name, {.name = "name", .what = "for messages", .default_text = "body and its number"}},
                 {&BodyInput::material, {.name = "material", .what = "name of a [[material]]", .required = true}},
                 {&BodyInput::shape, {.name = "shape", .what = "see `ordo list shapes`", .required = true, .choices = names}},
-                {&BodyInput::center, {.name = "center", .what = "centre of a round shape", .unit = "m", .per_axis = true}},
-                {&BodyInput::radius, {.name = "radius", .what = "(outer) radius", .unit = "m", .min = 0, .open_min = true}},
-                {&BodyInput::inner_radius, {.name = "inner_radius",
-                    .what = "inner radius of a ring or hollow cylinder", .unit = "m", .min = 0}},
-                {&BodyInput::height, {.name = "height",
-                    .what = "length of a cylinder along its axis", .unit = "m", .min = 0, .open_min = true}},
-                {&BodyInput::axis, {.name = "axis",
-                    .what = "axis of a cylinder, or of a mesh whose faces inner and outer carry tractions",
-                    .default_text = "\"z\"", .choices = {"x", "y", "z"}}},
-                {&BodyInput::angle, {.name = "angle",
-                    .what = "first and last angle of a part of a ring or cylinder, measured from the first of "
-                            "the two transverse axes towards the second",
-                    .unit = "degree", .default_text = "[0, 360]", .min = -360, .max = 720}},
-                {&BodyInput::lower, {.name = "lower", .what = "smallest coordinates of a box", .unit = "m", .per_axis = true}},
-                {&BodyInput::upper, {.name = "upper", .what = "largest coordinates of a box", .unit = "m", .per_axis = true}},
                 {&BodyInput::cells, {.name = "cells",
                     .what = "particle cells: sub-cells of the grid, or polar cells with exact volumes (ring, hollow cylinder)",
                     .default_text = "\"cartesian\"", .choices = {"cartesian", "polar"}}},
@@ -180,6 +187,9 @@ const Section<BodyInput>& body_section()
                 {&BodyInput::body_force, {.name = "body_force",
                     .what = "force per mass, in addition to gravity; may use the initial position X, Y, Z", .unit = "m/s^2",
                     .default_text = "0 per axis", .per_axis = true}}}};
+        const auto keys = shape_keys<BodyInput>();
+        section.keys.insert(section.keys.begin() + 3, keys.begin(), keys.end());  // after the shape
+        return section;
     }();
     return s;
 }
@@ -188,20 +198,27 @@ const Section<BoundaryInput>& boundary_section()
 {
     static const Section<BoundaryInput> s{
         .name = "boundary",
-        .what = "A condition on the nodes of a face, or of a plane parallel to it and all nodes beyond. It stays in its place "
-                "and does not follow the material. Faces without a condition are free: particles that leave there end the "
-                "run. Where entries meet, the later one wins.",
+        .what = "A condition on the nodes of a face, or of a plane parallel to it and all nodes beyond, or of a region, or on the "
+                "nodes that the particles of a body reach. Planes and regions stay in their place and do not follow the material. "
+                "Faces without a condition are free: particles that leave there end the run. Where entries meet, the later one "
+                "wins, and bodies come before planes and regions. history.csv has the force and work of each.",
         .repeated = true,
         .keys = {
+            {&BoundaryInput::name, {.name = "name",
+                .what = "of the columns in history.csv: letters, digits and _", .default_text = "boundary_ and its number"}},
             {&BoundaryInput::face, {.name = "face",
-                .what = "one face or a list of them; a wall may have normal and point instead", .choices = kFaces}},
+                .what = "one face or a list of them; or else region, body or, for a wall, normal and point", .choices = kFaces}},
+            {&BoundaryInput::body, {.name = "body",
+                .what = "name of a [[body]] that moves as given: a grip or a punch. All nodes that its particles reach are held, up to "
+                        "a cell around it"}},
             {&BoundaryInput::type, {.name = "type",
                 .what = "fixed: zero velocity; symmetry: a plane of symmetry, zero velocity across it in both directions, so that "
                         "bodies do not leave it (a floor is a wall); wall: a rigid half-space that bodies cannot enter but may "
                         "leave, and slide along with friction; velocity: prescribed by value, "
                         "and particles nearby receive the velocity increment of the nodes (so value 0 differs from fixed, "
-                        "which gives them no increment); periodic: both faces of the axis are one; free: no condition",
-                .required = true, .choices = {"fixed", "symmetry", "wall", "velocity", "periodic", "free"}}},
+                        "which gives them no increment); displacement: the same, with the velocity that follows from value; "
+                        "periodic: both faces of the axis are one; free: no condition",
+                .required = true, .choices = {"fixed", "symmetry", "wall", "velocity", "displacement", "periodic", "free"}}},
             {&BoundaryInput::at_coordinate, {.name = "at",
                 .what = "coordinate of the plane; a plane between nodes acts from the first node beyond", .unit = "m",
                 .default_text = "the face of the grid"}},
@@ -211,9 +228,25 @@ const Section<BoundaryInput>& boundary_section()
             {&BoundaryInput::friction, {.name = "friction",
                 .what = "Coulomb's coefficient of friction of a wall", .default_text = "0", .min = 0}},
             {&BoundaryInput::value, {.name = "value",
-                .what = "type velocity: velocity per axis; \"free\" leaves an axis alone. Type wall: its velocity, a function of t; "
-                        "the wall moves with it",
+                .what = "type velocity: velocity per axis; type displacement: displacement per axis since t = 0, m, a function of t; "
+                        "\"free\" leaves an axis alone. Type wall: its velocity, a function of t; the wall moves with it",
                 .unit = "m/s", .per_axis = true}}}};
+    return s;
+}
+
+const Section<ShapeInput>& region_section()
+{
+    static const Section<ShapeInput> s = [] {
+        Section<ShapeInput> section{
+        .name = "boundary.region",
+        .what = "The region of a [[boundary]], `region = {shape = \"box\", lower = [..], upper = [..]}`: nodes in it and on its "
+                "surface are held. It must hold nodes of the grid: a clamp is at least a cell thick.",
+        .keys = {{&ShapeInput::shape,
+                  {.name = "shape", .what = "with the keys of a [[body]] of that shape", .required = true,
+                   .choices = {"box", "ball", "ring", "cylinder"}}}}};
+        for (auto& key : shape_keys<ShapeInput>()) section.keys.push_back(std::move(key));
+        return section;
+    }();
     return s;
 }
 
@@ -225,6 +258,8 @@ const Section<TractionInput>& traction_section()
                 "of the sub-cells in which they were seeded) and moves with them. On round bodies, types traction and dead count the area of the true surface. Several entries add up.",
         .repeated = true,
         .keys = {
+            {&TractionInput::name, {.name = "name",
+                .what = "of the columns in history.csv: letters, digits and _", .default_text = "traction_ and its number"}},
             {&TractionInput::body, {.name = "body", .what = "name of the [[body]]", .required = true}},
             {&TractionInput::face, {.name = "face",
                 .what = "which outer faces, one or a list: x-min selects faces whose outward normal at the start points mostly "
@@ -299,10 +334,9 @@ const Section<WatchInput>& watch_section()
                         "history.csv); gaps: points that stretch has moved more than a cell apart, so that the body tears",
                 .choices = {WatchSpec::names.begin(), WatchSpec::names.end()}}},
             {&WatchInput::energy_growth, {.name = "energy_growth",
-                .what = "by how much the sum of kinetic, strain and gravitational energy may grow, as a fraction of kinetic and "
-                        "strain energy at the start plus the work of gravity since; allow more if boundaries, tractions or body "
-                        "forces do work",
-                .default_text = "not watched", .min = 0}}}};
+                .what = "how much energy the method may add, as a fraction of all that was there or was exchanged: kinetic and strain "
+                        "energy at the start and the largest changes since by gravity, boundaries, tractions and body forces",
+                .min = 0}}}};
     return s;
 }
 
@@ -451,16 +485,31 @@ const toml::table& table_of(const toml::node& node, const std::string& name)
     fail(place_of(node), name, "must be a table, [" + name + "]");
 }
 
+/// The region of boundary k, a table in its table.
+void read_region(const toml::table& boundary, const std::string& path, int dim, BoundaryInput& out)
+{
+    const toml::node* node = boundary.get("region");
+    if (!node) return;
+    out.at["region"] = place_of(*node);
+    read_table(region_section(), table_of(*node, path + ".region"), path + ".region", dim, out.region.emplace());
+}
 template <class T>
-void read_repeated(const toml::table& root, const Section<T>& section, int dim, std::vector<T>& out)
+void read_region(const toml::table&, const std::string&, int, T&)
+{}
+
+template <class T>
+void read_repeated(const toml::table& root, const Section<T>& section, int dim, std::vector<T>& out,
+                   const std::vector<std::string>& others = {})
 {
     const toml::node* node = root.get(section.name);
     if (!node) return;
     const toml::array* list = node->as_array();
     if (!list) fail(place_of(*node), section.name, "must be written [[" + section.name + "]], because there may be several");
     for (std::size_t k = 0; k < list->size(); ++k) {
-        const std::string path = fmt::format("{}[{}]", section.name, k);
-        read_table(section, table_of(*list->get(k), path), path, dim, out.emplace_back());
+        const std::string path   = fmt::format("{}[{}]", section.name, k);
+        const toml::table& table = table_of(*list->get(k), path);
+        read_table(section, table, path, dim, out.emplace_back(), others);
+        read_region(table, path, dim, out.back());
     }
 }
 
@@ -608,8 +657,8 @@ void require_known_material(const BodyInput& in, const CaseInput& c)
         in.fail("material", "there is no [[material]] called \"" + in.material + "\". " + suggestion(in.material, materials));
 }
 
-/// Checks that the shape exists in `dim` dimensions and that the body has the keys of the shape and no others.
-void require_keys_of_shape(const BodyInput& in, int dim)
+/// Checks that the shape exists in `dim` dimensions and that the table has its keys, and of others only `allowed`.
+void require_keys_of_shape(const ShapeInput& in, int dim, std::vector<std::string> allowed)
 {
     const ShapeInfo& shape =
         *std::find_if(shapes().begin(), shapes().end(), [&](const ShapeInfo& s) { return s.name == in.shape; });
@@ -622,7 +671,6 @@ void require_keys_of_shape(const BodyInput& in, int dim)
     for (const std::string& key : shape.required)
         if (!in.has(key))
             in.fail(key, fmt::format("is missing; the shape \"{}\" needs {}", in.shape, fmt::join(shape.required, ", ")));
-    std::vector<std::string> allowed = {"name", "material", "shape", "velocity", "body_force"};
     allowed.insert(allowed.end(), shape.required.begin(), shape.required.end());
     allowed.insert(allowed.end(), shape.optional.begin(), shape.optional.end());
     for (const auto& [key, place] : in.at)
@@ -630,12 +678,16 @@ void require_keys_of_shape(const BodyInput& in, int dim)
             in.fail(key, fmt::format("has no meaning for the shape \"{}\"; remove it", in.shape));
 }
 
-/// Checks angles and the keys of polar cells. setup checks lengths.
-void validate_geometry(const BodyInput& in)
+/// Checks angles. setup checks lengths.
+void validate_angles(const ShapeInput& in)
 {
     if (in.has("angle") && in.angle.size() != 2) in.fail("angle", "must be two angles in degrees, [first, last]");
     if (in.has("angle") && !(in.angle[0] < in.angle[1] && in.angle[1] - in.angle[0] <= 360))
         in.fail("angle", fmt::format("must grow by at most 360 degrees (got {} to {})", in.angle[0], in.angle[1]));
+}
+
+void validate_polar_cells(const BodyInput& in)
+{
     const bool polar = in.cells == "polar";
     for (const char* key : {"radial", "angular", "layers"})
         if (in.has(key) && !polar) in.fail(key, "needs cells = \"polar\"");
@@ -664,8 +716,9 @@ void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
 {
     if (in.name.empty()) in.name = fmt::format("body {}", index);
     require_known_material(in, c);
-    require_keys_of_shape(in, dim);
-    validate_geometry(in);
+    require_keys_of_shape(in, dim, {"name", "material", "shape", "velocity", "body_force"});
+    validate_angles(in);
+    validate_polar_cells(in);
     if (in.shape != "particles" && in.shape != "mesh") resolve_particles_per_cell(in, dim);
     auto zeros = [&](std::vector<Expression>& v) {
         if (v.empty()) v.assign(static_cast<std::size_t>(dim), Expression{});
@@ -676,25 +729,76 @@ void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
         for (const Expression& e : *list) make_field(e);
 }
 
-void validate_boundary(BoundaryInput& in, int dim)
+/// The body that a table names.
+template <class T>
+const BodyInput& require_known_body(const T& in, const std::vector<BodyInput>& bodies)
 {
+    std::vector<std::string> names;
+    for (const BodyInput& b : bodies) {
+        if (b.name == in.body) return b;
+        names.push_back(b.name);
+    }
+    in.fail("body", fmt::format("there is no body called \"{}\". {}", in.body, suggestion(in.body, names)));
+}
+
+/// Letters, digits and _: part of the name of a column or, with -, of a file.
+bool is_plain_name(const std::string& name, std::string_view others)
+{
+    constexpr std::string_view letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_";
+    return !name.empty() && name.find_first_not_of(std::string(letters) + std::string(others)) == std::string::npos;
+}
+
+/// The default name of the k-th of its kind, and a check of a given one.
+template <class T>
+void settle_name(T& in, const char* kind, std::size_t k)
+{
+    if (!in.has("name")) in.name = fmt::format("{}_{}", kind, k);
+    if (!is_plain_name(in.name, "")) in.fail("name", "must consist of letters, digits and _, because it is part of columns");
+}
+
+/// Exactly one key says where a boundary acts.
+void validate_place(const BoundaryInput& in)
+{
+    const std::pair<const char*, bool> given[] = {{"face", !in.face.empty()},
+                                                  {"normal", !in.normal.empty()},
+                                                  {"region", in.region.has_value()},
+                                                  {"body", !in.body.empty()}};
+    const char* first                          = nullptr;
+    for (const auto& [key, is] : given) {
+        if (is && first) in.fail(key, fmt::format("cannot be with {}; a boundary has one place", first));
+        if (is) first = key;
+    }
+    if (!first)
+        in.fail("face", in.type == "wall" ? "is missing; a wall needs a face, or a normal and a point"
+                                          : "is missing; a boundary needs a face, a region or a body");
+    if (in.at_coordinate && in.face.empty()) in.fail("at", fmt::format("cannot be with {}; it moves a face", first));
+}
+
+void validate_boundary(BoundaryInput& in, std::size_t k, const CaseInput& c)
+{
+    const int dim = c.grid.dim;
+    settle_name(in, "boundary", k);
     for (const std::string& face : in.face) {
         const int axis = face[0] - 'x';
         if (axis >= dim) in.fail("face", fmt::format("\"{}\" does not exist in {}D", face, dim));
     }
-    const bool is_wall = in.type == "wall";
+    const bool is_wall = in.type == "wall", has_motion = in.type == "velocity" || in.type == "displacement";
     if (!in.normal.empty() != !in.point.empty())
         in.fail(in.normal.empty() ? "point" : "normal",
                 "needs the other of normal and point; together they give the plane of a wall");
-    if (!in.normal.empty() && !in.face.empty()) in.fail("normal", "cannot be with face; a wall has one or the other");
     if (!in.normal.empty() && !is_wall)
         in.fail("normal", fmt::format("is for type \"wall\" only, not \"{}\"; use face", in.type));
-    if (!in.normal.empty() && in.at_coordinate) in.fail("at", "cannot be with normal; the point gives the place of the wall");
+    validate_place(in);
     if (in.friction && !is_wall) in.fail("friction", fmt::format("has no meaning for the type \"{}\"; remove it", in.type));
-    if (in.normal.empty() && in.face.empty())
-        in.fail("face", is_wall ? "is missing; a wall needs a face, or a normal and a point" : "must name at least one face");
-    if (in.type == "velocity" && in.value.empty()) in.fail("value", "is missing; type \"velocity\" needs the velocity per axis");
-    if (in.type != "velocity" && !is_wall && !in.value.empty())
+    if ((in.region || !in.body.empty()) && !has_motion && in.type != "fixed")
+        in.fail("type", "with a region or a body must be \"fixed\", \"velocity\" or \"displacement\"");
+    if (in.region) {
+        require_keys_of_shape(*in.region, dim, {"shape"});
+        validate_angles(*in.region);
+    }
+    if (!in.body.empty()) require_known_body(in, c.bodies);
+    if (has_motion && in.value.empty()) in.fail("value", fmt::format("is missing; type \"{}\" needs it per axis", in.type));
+    if (!has_motion && !is_wall && !in.value.empty())
         in.fail("value", fmt::format("has no meaning for the type \"{}\"; remove it", in.type));
     for (const Expression& e : in.value) {
         const bool is_free = e.value == decltype(e.value){"free"};
@@ -703,15 +807,10 @@ void validate_boundary(BoundaryInput& in, int dim)
     }
 }
 
-void validate_traction(TractionInput& in, int dim, const std::vector<BodyInput>& bodies)
+void validate_traction(TractionInput& in, std::size_t k, int dim, const std::vector<BodyInput>& bodies)
 {
-    std::vector<std::string> names;
-    const BodyInput* body = nullptr;
-    for (const BodyInput& b : bodies) {
-        names.push_back(b.name);
-        if (b.name == in.body) body = &b;
-    }
-    if (!body) in.fail("body", fmt::format("there is no body called \"{}\". {}", in.body, suggestion(in.body, names)));
+    settle_name(in, "traction", k);
+    const BodyInput* body = &require_known_body(in, bodies);
     if (in.face.empty()) in.fail("face", "must name at least one face");
     if (body->shape == "particles")
         in.fail("body", fmt::format("the particles of body \"{}\" come from a file and share no corners, so its outer faces are "
@@ -740,6 +839,15 @@ void require_unique_names(const std::vector<T>& items, const char* what)
     for (const T& item : items)
         if (!seen.insert(item.name).second)
             item.fail("name", fmt::format("there is another {} called \"{}\"; names must differ", what, item.name));
+}
+
+/// Names of boundaries and tractions begin the names of columns of one file.
+void require_unique_columns(const CaseInput& c)
+{
+    std::set<std::string> seen;
+    for (const Exchanging& one : exchanging(c))
+        if (!seen.insert(one.name).second)
+            one.table->fail("name", fmt::format("\"{}\" names two boundaries or tractions; names must differ", one.name));
 }
 
 void validate_grid(const GridInput& grid)
@@ -793,8 +901,7 @@ void validate_probe(const ProbeInput& p, const CaseInput& c)
     if (p.particle.empty() == p.point.empty()) p.fail("point", "give either particle or point");
     if (!p.point.empty() && c.spec.enrichment == Enrichment::all)
         p.fail("point", "watches the grid, which finite elements do not use; follow a particle");
-    if (p.name.empty() ||
-        p.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") != std::string::npos)
+    if (!is_plain_name(p.name, "-"))
         p.fail("name", "must consist of letters, digits, - and _, because it is part of a file name");
     const std::string key         = p.point.empty() ? "particle" : "point";
     const std::vector<double>& at = p.point.empty() ? p.particle : p.point;
@@ -822,8 +929,9 @@ void validate(CaseInput& c, const std::filesystem::path& file)
     if (c.time.dt && c.time.cfl) c.time.fail("cfl", "excludes dt; give one of them");
     if (!c.time.dt && !c.time.cfl) c.time.cfl = 0.4;
     validate_materials_and_bodies(c, file);
-    for (BoundaryInput& b : c.boundaries) validate_boundary(b, c.grid.dim);
-    for (TractionInput& t : c.tractions) validate_traction(t, c.grid.dim, c.bodies);
+    for (std::size_t k = 0; k < c.boundaries.size(); ++k) validate_boundary(c.boundaries[k], k, c);
+    for (std::size_t k = 0; k < c.tractions.size(); ++k) validate_traction(c.tractions[k], k, c.grid.dim, c.bodies);
+    require_unique_columns(c);
     validate_output(c, file);
     for (const ProbeInput& p : c.probes) validate_probe(p, c);
     require_unique_names(c.probes, "probe");
@@ -855,6 +963,22 @@ const std::vector<ShapeInfo>& shapes()
 }
 // clang-format on
 
+std::vector<Exchanging> exchanging(const CaseInput& c)
+{
+    std::vector<Exchanging> r;
+    int boundary = 0;
+    for (const BoundaryInput& b : c.boundaries)
+        for (std::size_t k = 0; k < b.count(); ++k, ++boundary) {
+            if (b.type == "periodic" || b.type == "free") continue;
+            std::string name = b.name;
+            if (b.count() > 1) name += fmt::format("_{}_{}", b.face[k].substr(0, 1), b.face[k].substr(2));
+            r.push_back({name, &b, boundary, false});
+        }
+    for (std::size_t k = 0; k < c.tractions.size(); ++k)
+        r.push_back({c.tractions[k].name, &c.tractions[k], static_cast<int>(k), true});
+    return r;
+}
+
 CaseInput read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides)
 {
     toml::table root = parse_file(file);
@@ -872,7 +996,7 @@ CaseInput read_case(const std::filesystem::path& file, const std::vector<std::st
     read_single(root, time_section(), dim, c.time, top);
     read_repeated(root, material_section(), dim, c.materials);
     read_repeated(root, body_section(), dim, c.bodies);
-    read_repeated(root, boundary_section(), dim, c.boundaries);
+    read_repeated(root, boundary_section(), dim, c.boundaries, {"region"});
     read_repeated(root, traction_section(), dim, c.tractions);
     read_single(root, output_section(), dim, c.output, top);
     read_single(root, checkpoint_section(), dim, c.checkpoint, top);
@@ -882,13 +1006,24 @@ CaseInput read_case(const std::filesystem::path& file, const std::vector<std::st
     return c;
 }
 
+/// The region of a boundary as a table in a line.
+std::string echo_region(const BoundaryInput& b)
+{
+    if (!b.region) return "";
+    Section<ShapeInput> keys = region_section();
+    keys.name.clear();
+    std::string text = echo(keys, *b.region), line;
+    for (const char c : text.substr(0, text.size() - 1)) line += c == '\n' ? std::string(", ") : std::string(1, c);
+    return "region = {" + line + "}\n";
+}
+
 std::string echo_case(const CaseInput& c)
 {
     std::string text =
         echo(case_section(), c) + echo(grid_section(), c.grid) + echo(method_section(), c.method) + echo(time_section(), c.time);
     for (const auto& m : c.materials) text += echo(material_section(), m);
     for (const auto& b : c.bodies) text += echo(body_section(), b);
-    for (const auto& b : c.boundaries) text += echo(boundary_section(), b);
+    for (const auto& b : c.boundaries) text += echo(boundary_section(), b) + echo_region(b);
     for (const auto& t : c.tractions) text += echo(traction_section(), t);
     text += echo(output_section(), c.output) + echo(checkpoint_section(), c.checkpoint) + echo(watch_section(), c.watch);
     for (const auto& p : c.probes) text += echo(probe_section(), p);
@@ -902,8 +1037,8 @@ std::string reference_page()
            "(muParser) is allowed where the type says so; unknown keys are errors.\n\n" +
            reference(case_section()) + reference(grid_section()) + reference(method_section()) + reference(time_section()) +
            reference(material_section()) + reference(body_section()) + reference(boundary_section()) +
-           reference(traction_section()) + reference(output_section()) + reference(checkpoint_section()) +
-           reference(watch_section()) + reference(probe_section());
+           reference(region_section()) + reference(traction_section()) + reference(output_section()) +
+           reference(checkpoint_section()) + reference(watch_section()) + reference(probe_section());
 }
 
 }  // namespace ordo::io

@@ -6,6 +6,7 @@
 #include "method/tables.hpp"
 #include "method/watch.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -36,12 +37,16 @@ struct MaterialInput : Located {
     Numbers parameters;  ///< of the model, by key
 };
 
-struct BodyInput : Located {
-    std::string name, material, shape, file, group;
+struct ShapeInput : Located {
+    std::string shape;
     std::vector<double> center, lower, upper;
     std::optional<double> radius, inner_radius, height;
     std::string axis;
     std::vector<double> angle;
+};
+
+struct BodyInput : ShapeInput {
+    std::string name, material, file, group;
     std::string cells;
     std::optional<int> radial, angular, layers;
     std::vector<int> particles_per_cell;
@@ -50,6 +55,7 @@ struct BodyInput : Located {
 };
 
 struct TractionInput : Located {
+    std::string name;  ///< of its columns
     std::string body;
     std::vector<std::string> face;
     std::string type = "pressure";
@@ -57,15 +63,18 @@ struct TractionInput : Located {
 };
 
 struct BoundaryInput : Located {
+    std::string name;  ///< of its columns
     std::vector<std::string> face;
+    std::optional<ShapeInput> region;
+    std::string body;
     std::string type;
     std::optional<double> at_coordinate;
     std::vector<double> normal, point;
     std::optional<double> friction;
     std::vector<Expression> value;
 
-    /// Each face is a condition of its own; a wall may have none.
-    std::size_t count() const { return normal.empty() ? face.size() : 1; }
+    /// Each face is a condition of its own.
+    std::size_t count() const { return std::max<std::size_t>(face.size(), 1); }
 };
 
 struct OutputInput : Located {
@@ -86,7 +95,7 @@ struct CheckpointInput : Located {
 
 struct WatchInput : Located {
     std::vector<std::string> fatal = {"energy"};
-    std::optional<double> energy_growth;
+    double energy_growth           = 1.0;
 };
 
 struct ProbeInput : Located {
@@ -114,6 +123,16 @@ struct CaseInput : Located {
     WatchSpec watch_spec;                      ///< resolved from watch
     std::vector<Material> resolved_materials;  ///< resolved from materials
 };
+
+/// A boundary with a force, or a traction.
+struct Exchanging {
+    std::string name;  ///< begins its columns
+    const Located* table;
+    int number;  ///< of the boundary, each face of a table counted, or of the traction
+    bool is_traction;
+};
+/// All of them, in the order of the input: boundaries, then tractions.
+std::vector<Exchanging> exchanging(const CaseInput& input);
 
 /// A shape of the input: what it is, which keys describe it, in which dimensions it exists.
 struct ShapeInfo {

@@ -231,8 +231,8 @@ int enrich(const Model<D>& model, Particles<D>& p)
         if (!is_chosen[c]) continue;
         p.enriched[count++] = c;
         for (std::size_t k = 0; k < model.conditions.size(); ++k) {
-            const int axis = model.conditions[k].axis;
-            if (model.conditions[k].covers(p.corner[c][axis], model.h[axis])) p.corner_planes[c] |= std::uint64_t{1} << k;
+            const Condition<D>& b = model.conditions[k];
+            if (b.is_plane() && b.covers(p.corner[c], model.h)) p.corner_planes[c] |= std::uint64_t{1} << k;
         }
     }
     require_no_seam(model, p);
@@ -282,19 +282,24 @@ void number_enriched(State<D>& s)
 }
 
 template <int D>
-void constrain_enriched(const Model<D>& model, State<D>& s, Lanes* nodes, double t, const std::vector<Wall<D>>& walls)
+void constrain_enriched(const Model<D>& model, State<D>& s, Lanes* nodes, const Moment& when, const std::vector<Wall<D>>& walls,
+                        const ExchangeSums<D>& sums, double pic)
 {
     const Particles<D>& p = s.particles;
-    for_each_own_node(p, [&](int c, std::ptrdiff_t own) {
+    sums.for_each(static_cast<std::ptrdiff_t>(p.enriched.size()), [&](std::ptrdiff_t e, auto&& note) {
+        const int c = p.enriched[e];
+        if (p.corner_node[c] < 0) return;
+        Lanes& own         = nodes[p.corner_node[c]];
         const Vec<D> x     = s.lattice.inside_period(p.corner[c]);
-        const Lanes before = nodes[own];
+        const Lanes before = own;
         auto starts_on     = [&](int k) { return (p.corner_planes[c] >> k & 1) != 0; };
         auto acts          = [&](int k) {
             if (starts_on(k)) return true;
             const Condition<D>& b = model.conditions[k];
-            if (!b.covers(x[b.axis], model.h[b.axis])) return false;
+            if (!b.covers(x, model.h)) return false;
+            if (!b.is_plane()) return true;
             const double outwards = b.outer_is_above ? 1.0 : -1.0;
-            return !b.constrains(b.axis) || outwards * (before[NodeLane::velocity + b.axis] - b.velocity(b.axis, x, t)) > 0;
+            return !b.constrains(b.axis) || outwards * (before[NodeLane::velocity + b.axis] - b.velocity(b.axis, x, when)) > 0;
         };
         Vec<D, bool> is_free{};
         for (int a = 0; a < D; ++a) {
@@ -302,9 +307,14 @@ void constrain_enriched(const Model<D>& model, State<D>& s, Lanes* nodes, double
             is_free[a]  = k < 0;
             if (is_free[a]) continue;
             const Condition<D>& b = model.conditions[k];
-            hold(nodes[own], a, b.velocity(a, x, t), !starts_on(k) || b.type == ConditionType::velocity);
+            const double was = carried(own, a, pic), v = b.velocity(a, x, when);
+            hold(own, a, v, (b.is_plane() && !starts_on(k)) || b.is_prescribed());
+            NodeImpulse<D> one{.boundary = b.boundary};
+            one.impulse[a] = carried(own, a, pic) - was;
+            one.work       = -one.impulse[a] * v;
+            note(one);
         }
-        push_out(walls, s.wall_shifts, x, is_free, t, nodes[own]);
+        push_out(walls, s.wall_shifts, x, is_free, when.t, own, note);
     });
 }
 
@@ -353,13 +363,14 @@ double enriched_time_step(const Model<D>& model, const Particles<D>& p)
     return 2 / std::sqrt(largest);
 }
 
-#define ORDO_ENRICHMENT(D)                                                                                     \
-    template int enrich(const Model<D>&, Particles<D>&);                                                       \
-    template std::size_t add_enriched(const Lattice<D>&, const Particles<D>&, Halo<D>&);                       \
-    template void number_enriched(State<D>&);                                                                  \
-    template void constrain_enriched(const Model<D>&, State<D>&, Lanes*, double, const std::vector<Wall<D>>&); \
-    template void keep_velocities(State<D>&, const Lanes*);                                                    \
-    template void restore_momenta(const State<D>&, Lanes*);                                                    \
+#define ORDO_ENRICHMENT(D)                                                                                           \
+    template int enrich(const Model<D>&, Particles<D>&);                                                             \
+    template std::size_t add_enriched(const Lattice<D>&, const Particles<D>&, Halo<D>&);                             \
+    template void number_enriched(State<D>&);                                                                        \
+    template void constrain_enriched(const Model<D>&, State<D>&, Lanes*, const Moment&, const std::vector<Wall<D>>&, \
+                                     const ExchangeSums<D>&, double);                                                \
+    template void keep_velocities(State<D>&, const Lanes*);                                                          \
+    template void restore_momenta(const State<D>&, Lanes*);                                                          \
     template double enriched_time_step(const Model<D>&, const Particles<D>&);
 ORDO_ENRICHMENT(1)
 ORDO_ENRICHMENT(2)

@@ -22,11 +22,13 @@ std::size_t add_enriched(const Lattice<D>& lattice, const Particles<D>& p, Halo<
 template <int D>
 void number_enriched(State<D>& s);
 
-/// Applies conditions to enriched corners, for velocities at time t. A plane holds corners that start on it, as it holds nodes.
-/// A corner that reaches the plane later gets the condition only while it moves outwards; it may leave.
+/// Applies conditions to enriched corners. A plane or region holds corners that start on it, as it holds nodes. A corner that
+/// reaches a plane later gets the condition only while it moves outwards; it may leave. A region holds those that are in it.
 /// @param walls those that act
+/// @param sums get what this changes, see `carried`
 template <int D>
-void constrain_enriched(const Model<D>& model, State<D>& s, Lanes* nodes, double t, const std::vector<Wall<D>>& walls);
+void constrain_enriched(const Model<D>& model, State<D>& s, Lanes* nodes, const Moment& when, const std::vector<Wall<D>>& walls,
+                        const ExchangeSums<D>& sums, double pic);
 
 /// Kept velocities: `keep_velocities` stores the velocities of the nodes, `restore_momenta` replaces the projected momenta by them.
 template <int D>

@@ -5,6 +5,7 @@
 #include "method/diagnostics.hpp"
 #include "method/enrichment.hpp"
 #include "method/reconstruction.hpp"
+#include "method/wall_contact.hpp"
 
 #include <fmt/format.h>
 
@@ -49,41 +50,42 @@ void Explicit<D>::take_step(State<D>& s, double dt) const
         s.dt_prev = dt;
         s.t_v     = s.t - 0.5 * dt;
     }
-    const double dt_kick  = 0.5 * (s.dt_prev + dt);  // velocities live at half steps; leapfrog starts with half a kick
-    const double t_kicked = s.t_v + dt_kick;
+    const double dt_kick = 0.5 * (s.dt_prev + dt);  // velocities live at half steps; leapfrog starts with half a kick
+    const Kick by{{s.t_v + dt_kick, dt}, dt_kick};
 
     Lanes* nodes  = s.field.nodes.data();
     Lanes* strain = method().scheme == TimeScheme::usl ? nodes : s.field.strain_nodes.data();
 
+    find_held_by_bodies(s);
     clear_nodes(s, nodes);
-    const bool has_velocities = find_forces(s, nodes, strain);  // m_i, (m v)_i or v_i, f_i <- particles
+    const bool has_velocities = find_forces(s, nodes, strain, by);  // m_i, (m v)_i or v_i, f_i <- particles
     if (s.projection.is_wanted) report_projection(s, nodes, has_velocities);
-    kick(s, nodes, dt_kick, t_kicked, has_velocities);  // v_i; a_i = f_i/m_i + g; v_i += dt a_i
-    constrain(s, nodes, t_kicked, Velocity::advanced);
+    kick(s, nodes, by, has_velocities);  // v_i; a_i = f_i/m_i + g; v_i += dt a_i
+    constrain(s, nodes, by, Velocity::advanced);
     if (keeps_corner_velocity(method())) keep_velocities(s, nodes);
 
-    update_particles(s, nodes, strain, dt, t_kicked);
+    update_particles(s, nodes, strain, dt, by);
     if (passes_.move_corners) move_corners(s, nodes, dt);  // cells: x_c, then x_p and V_p
-    for (std::size_t k = 0; k < model().walls.size(); ++k) s.wall_shifts[k] += dt * model().walls[k].velocity_at(t_kicked);
+    for (std::size_t k = 0; k < model().walls.size(); ++k) s.wall_shifts[k] += dt * model().walls[k].velocity_at(by.when.t);
     const double before = s.t;
     this->advance_time(s, dt);
-    s.t_v = t_kicked;
+    s.t_v = by.when.t;
     s.t_F = method().scheme == TimeScheme::usf ? before : s.t;
 }
 
 /// Sets the nodes before the kick; USF updates the stress first. Returns whether the nodes have velocities instead of momenta.
 template <int D>
-bool Explicit<D>::find_forces(State<D>& s, Lanes* nodes, Lanes* strain) const
+bool Explicit<D>::find_forces(State<D>& s, Lanes* nodes, Lanes* strain, const Kick& by) const
 {
     if (method().scheme != TimeScheme::usf) {
         this->evaluate_external_forces(s, s.t);
-        return find_momenta_and_forces(s, nodes);
+        return find_momenta_and_forces(s, nodes, by);
     }
-    find_momenta(s, nodes);     // m_i, (m v)_i <- particles
-    find_velocities(s, nodes);  // v_i
+    find_momenta(s, nodes);         // m_i, (m v)_i <- particles
+    find_velocities(s, nodes, by);  // v_i
     s.field.halo.copy(nodes);
     copy(strain, nodes, s.field.tiles);
-    constrain(s, strain, s.t_v, Velocity::projected);
+    constrain(s, strain, {{s.t_v, s.dt_prev}}, Velocity::projected);
     find_gradients(s, strain);
     deform(s, passes_.deform, strain, s.dt_prev, Deform::past);  // F_p, sigma_p at t_n from v_i of the previous step
     this->evaluate_external_forces(s, s.t);
@@ -93,7 +95,7 @@ bool Explicit<D>::find_forces(State<D>& s, Lanes* nodes, Lanes* strain) const
 
 /// Updates v_p, F_p, sigma_p and x_p from the kicked nodes. x_p comes last, so that phi is evaluated at x_n until then.
 template <int D>
-void Explicit<D>::update_particles(State<D>& s, Lanes* nodes, Lanes* strain, double dt, double t_kicked) const
+void Explicit<D>::update_particles(State<D>& s, Lanes* nodes, Lanes* strain, double dt, const Kick& by) const
 {
     const TimeScheme scheme = method().scheme;
     if (scheme == TimeScheme::usl) {
@@ -108,8 +110,9 @@ void Explicit<D>::update_particles(State<D>& s, Lanes* nodes, Lanes* strain, dou
         if (passes_.keep) gather(s, passes_.keep, nodes, dt);
         clear_nodes(s, strain);
         find_momenta(s, strain);  // the same nodes again, with the new v_p
-        find_velocities(s, strain);
-        constrain(s, strain, t_kicked, Velocity::remapped);
+        const bool is_coupled = method().mass == MassMatrix::consistent;
+        find_velocities(s, strain, {}, is_coupled ? held_by_walls(model(), s, strain, by.when.t) : std::vector<HeldNode<D>>{});
+        constrain(s, strain, by, Velocity::remapped);
         find_gradients(s, strain);
         deform(s, passes_.deform, strain, dt);  // F_p, sigma_p from the remapped velocity
     }
@@ -120,11 +123,12 @@ template <int D>
 void Explicit<D>::find_projection(State<D>& s) const
 {
     Lanes* nodes = s.field.nodes.data();
+    find_held_by_bodies(s);
     clear_nodes(s, nodes);
-    const bool has_velocities = find_momenta_and_forces(s, nodes);
+    const bool has_velocities = find_momenta_and_forces(s, nodes, {});
     report_projection(s, nodes, has_velocities);
-    if (!has_velocities) find_velocities(s, nodes);
-    constrain(s, nodes, s.t_v, Velocity::projected);
+    if (!has_velocities) find_velocities(s, nodes, {});
+    constrain(s, nodes, {{s.t_v, s.dt_prev}}, Velocity::projected);
 }
 
 template <int D>
@@ -135,7 +139,7 @@ Sweep<D> Explicit<D>::sweep(State<D>& s, Lanes* nodes, double dt) const
             nodes,
             model().materials.data(),
             dt,
-            method().update == Update::flip ? method().pic_fraction : 1.0,
+            pic_fraction(),
             method().stretch_limit,
             stores_gradient(method()),
             s.gradients.data()};
@@ -149,7 +153,7 @@ void Explicit<D>::clear_nodes(State<D>& s, Lanes* nodes) const
 }
 
 template <int D>
-void Explicit<D>::find_velocities(State<D>& s, Lanes* nodes) const
+void Explicit<D>::find_velocities(State<D>& s, Lanes* nodes, const Kick& by, const std::vector<HeldNode<D>>& held) const
 {
     Stopwatch watch(times(), passes_.velocity_fit.solve ? StageTimes::fit : StageTimes::nodes);
     if (passes_.velocity_fit.solve)
@@ -157,24 +161,63 @@ void Explicit<D>::find_velocities(State<D>& s, Lanes* nodes) const
     else if (method().mass == MassMatrix::lumped)
         momenta_to_velocities(nodes, s.field.tiles);
     else
-        solve_mass(s, nodes, s.field.known.data(), MassSolver<D>::kVelocity);
+        account_for(s, nodes, MassSolver<D>::kVelocity, by, [&] { solve_mass(s, nodes, MassSolver<D>::kVelocity, held); });
 }
 
 template <int D>
-void Explicit<D>::solve_mass(State<D>& s, Lanes* nodes, const Lanes* known, unsigned parts) const
+void Explicit<D>::solve_mass(State<D>& s, Lanes* nodes, unsigned parts, const std::vector<HeldNode<D>>& held) const
 {
-    mass_solver_.solve(s, sweep(s, nodes, 0.0), nodes, known, parts);
+    mass_solver_.solve(s, sweep(s, nodes, 0.0), nodes, s.field.known.data(), parts, held);
     if (!times()) return;
     ++times()->mass_solves;
     times()->mass_iterations += mass_solver_.iterations();
 }
 
+/// Solves, and adds the impulses of constraints in a kick: the particles gain what A u - b is short of at the components that they
+/// hold, velocities in their PIC part.
 template <int D>
-void Explicit<D>::kick(State<D>& s, Lanes* nodes, double dt, double t, bool has_velocities) const
+template <class Solve>
+void Explicit<D>::account_for(State<D>& s, Lanes* nodes, unsigned parts, const Kick& by, const Solve& solve) const
+{
+    const ExchangeSums<D> sums = exchange_sums(s, by);
+    auto weighted              = [&, pic = pic_fraction()](const Lanes& n, int a) {  // N s
+        double r = 0.0;
+        if (parts & MassSolver<D>::kVelocity) r += pic * n[NodeLane::velocity + a];
+        if (parts & MassSolver<D>::kAcceleration) r += by.dt * n[NodeLane::increment + a];
+        return r;
+    };
+    std::vector<double> given;
+    if (by.dt > 0 && sums.is_wanted())
+        s.field.constraints.for_each([&](std::ptrdiff_t node, int a, bool) { given.push_back(weighted(nodes[node], a)); });
+    solve();
+    if (given.empty()) return;
+    mass_solver_.multiply_solution(s, sweep(s, nodes, 0.0), nodes);
+    std::size_t k = 0;
+    s.field.constraints.add_impulses(model().conditions, by.when, sums, [&](std::ptrdiff_t node, int a) {
+        const int row    = s.field.mass.rows.row(node);
+        const double was = given[k++];
+        return row > 0 ? weighted(s.field.mass.q[row], a) - was : 0.0;
+    });
+}
+
+/// Accelerations with a consistent mass matrix, and with them velocities if `parts` says so.
+template <int D>
+void Explicit<D>::find_accelerations(State<D>& s, Lanes* nodes, unsigned parts, const Kick& by) const
+{
+    account_for(s, nodes, parts, by, [&] {
+        WallContact<D> walls(model(), s, nodes, s.field.known.data(), by.when.t, by.dt);
+        if (walls.is_empty()) return solve_mass(s, nodes, parts, {});
+        walls.solve([&](const std::vector<HeldNode<D>>& held) { solve_mass(s, nodes, parts, held); },
+                    [&] { mass_solver_.multiply_solution(s, sweep(s, nodes, 0.0), nodes); }, exchange_sums(s, by));
+    });
+}
+
+template <int D>
+void Explicit<D>::kick(State<D>& s, Lanes* nodes, const Kick& by, bool has_velocities) const
 {
     const bool is_lumped = method().mass == MassMatrix::lumped;
-    if (!has_velocities && !is_lumped && s.field.constraints.has_prescribed()) {
-        find_velocities(s, nodes);
+    if (!has_velocities && !is_lumped && (s.field.constraints.has_prescribed() || !model().walls.empty())) {
+        find_velocities(s, nodes, by);
         has_velocities = true;
     }
     Stopwatch watch(times(), StageTimes::nodes);
@@ -182,14 +225,14 @@ void Explicit<D>::kick(State<D>& s, Lanes* nodes, double dt, double t, bool has_
         // The acceleration of constrained components is zero, or leads to the prescribed velocity.
         Lanes* known = s.field.known.data();
         s.field.constraints.for_each_velocity(
-            model().conditions, t, [&](std::ptrdiff_t node, int a, bool is_prescribed, double v) {
-                const double total                   = is_prescribed ? (v - nodes[node][NodeLane::velocity + a]) / dt : 0.0;
+            model().conditions, by.when, [&](std::ptrdiff_t node, int a, bool is_prescribed, double v) {
+                const double total                   = is_prescribed ? (v - nodes[node][NodeLane::velocity + a]) / by.dt : 0.0;
                 known[node][NodeLane::increment + a] = total - model().gravity[a];
             });
-        solve_mass(s, nodes, known, MassSolver<D>::kAcceleration | (has_velocities ? 0u : MassSolver<D>::kVelocity));
+        find_accelerations(s, nodes, MassSolver<D>::kAcceleration | (has_velocities ? 0u : MassSolver<D>::kVelocity), by);
     }
     const NodeState state = !is_lumped ? NodeState::solved : has_velocities ? NodeState::velocity : NodeState::momentum;
-    ordo::kick(nodes, s.field.tiles, model().gravity, dt, state);
+    ordo::kick(nodes, s.field.tiles, model().gravity, by.dt, state);
 }
 
 /// m_i and (m v)_i, summed over particles or Gauss points.
@@ -214,7 +257,7 @@ void Explicit<D>::find_momenta(State<D>& s, Lanes* nodes) const
 /// The same and f_i. Returns whether the nodes have velocities instead of momenta: with fits, and if m_i is not the mass of the
 /// projection.
 template <int D>
-bool Explicit<D>::find_momenta_and_forces(State<D>& s, Lanes* nodes) const
+bool Explicit<D>::find_momenta_and_forces(State<D>& s, Lanes* nodes, const Kick& by) const
 {
     const bool finds_velocities = passes_.velocity_fit.solve || method().quadrature == Quadrature::cell;
     const bool is_fused         = passes_.project_and_force && !passes_.cell_fit.spread;
@@ -224,7 +267,7 @@ bool Explicit<D>::find_momenta_and_forces(State<D>& s, Lanes* nodes) const
     } else {
         find_momenta(s, nodes);
     }
-    if (finds_velocities) find_velocities(s, nodes);
+    if (finds_velocities) find_velocities(s, nodes, by);
     if (is_fused) return finds_velocities;
     s.field.halo.copy(nodes);
     add_forces(s, nodes, has_tls_velocity(method()));
@@ -369,16 +412,63 @@ void Explicit<D>::gather_tiles(State<D>& s, const RunPass& run) const
 }
 
 template <int D>
-void Explicit<D>::constrain(State<D>& s, Lanes* nodes, double t, Velocity of) const
+void Explicit<D>::constrain(State<D>& s, Lanes* nodes, const Kick& by, Velocity of) const
 {
     Stopwatch watch(times(), StageTimes::nodes);
-    s.field.constraints.apply(model().conditions, nodes, t);
+    const ExchangeSums<D> sums = of == Velocity::advanced ? exchange_sums(s, by) : ExchangeSums<D>(nullptr, by.dt);
+    s.field.constraints.apply(model().conditions, nodes, by.when, sums, pic_fraction());
     const std::vector<Wall<D>> none;  // act before the kick
     const std::vector<Wall<D>>& walls = of == Velocity::projected ? none : model().walls;
-    if (of == Velocity::advanced) s.field.wall_nodes.advance(walls, s.wall_shifts, nodes, t);
-    if (of == Velocity::remapped) s.field.wall_nodes.repeat(walls, s.wall_shifts, nodes, t);
-    constrain_enriched(model(), s, nodes, t, walls);
+    if (of == Velocity::advanced && method().mass == MassMatrix::lumped)  // else the kick has done it
+        s.field.wall_nodes.advance(walls, s.wall_shifts, nodes, by.when.t, sums);
+    if (of == Velocity::remapped) s.field.wall_nodes.repeat(walls, s.wall_shifts, nodes, by.when.t);
+    constrain_enriched(model(), s, nodes, by.when, walls, sums, pic_fraction());
     s.field.halo.copy(nodes);
+}
+
+/// Adds the nodes that bodies with conditions reach to those that planes and regions hold.
+template <int D>
+void Explicit<D>::find_held_by_bodies(State<D>& s) const
+{
+    const auto& conditions = model().conditions;
+    if (std::none_of(conditions.begin(), conditions.end(), [](const auto& b) { return b.body.has_value(); })) return;
+    s.field.constraints = s.field.placed;
+    make_room(s.body_nodes, s.field.nodes.size());
+    Lanes* reached = s.body_nodes.data();
+    for (std::size_t k = 0; k < conditions.size(); ++k) {
+        if (!conditions[k].body) continue;
+        scatter_body(s, *conditions[k].body, reached);
+        const int number = static_cast<int>(k);
+        for (const Index<D>& block : s.field.tiles.blocks())
+            s.field.tiles.nodes_of(block).for_each([&](const Index<D>& at) {
+                const std::ptrdiff_t node = s.lattice.offset(at);
+                if (reached[node][NodeLane::mass] > 0)
+                    s.field.constraints.add(conditions, number, node, Constraints<D>::place_of(s.lattice, at),
+                                            s.lattice.is_image(at));
+            });
+        for (const int c : s.particles.enriched)
+            if (const std::ptrdiff_t node = s.particles.corner_node[c]; node >= 0 && reached[node][NodeLane::mass] > 0)
+                s.field.constraints.add(conditions, number, node, s.lattice.inside_period(s.particles.corner[c]), false);
+    }
+    s.field.constraints.keep_last();
+    s.field.wall_nodes.leave(s.field.constraints);
+}
+
+/// Masses and momenta of one body's particles at the nodes.
+template <int D>
+void Explicit<D>::scatter_body(State<D>& s, int body, Lanes* nodes) const
+{
+    clear_nodes(s, nodes);
+    const Sweep<D> view    = sweep(s, nodes, 0.0);
+    const std::int32_t* of = s.particles.body.data();
+    s.field.tiles.for_each_by_colour([&](const Tile& tile) {
+        for (int begin = tile.begin, end = begin; begin < tile.end; begin = end + 1) {
+            while (begin < tile.end && of[begin] != body) ++begin;
+            for (end = begin; end < tile.end && of[end] == body;) ++end;
+            if (begin < end) passes_.project(view, begin, end);
+        }
+    });
+    s.field.halo.add(nodes, 0, NodeLane::end);
 }
 
 template class Explicit<1>;

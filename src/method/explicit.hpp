@@ -23,6 +23,12 @@ class Explicit final : public Scheme<D> {
     /// walls, for whether a wall holds or lets go is known after the kick only.
     enum class Velocity { advanced, remapped, projected };
 
+    /// The kick of a step: the moment of the velocities after it, and its length, s.
+    struct Kick {
+        Moment when{};
+        double dt = 0.0;
+    };
+
     void start_domains(State<D>& s) const override;
     void find_projection(State<D>& s) const override;
     void take_step(State<D>& s, double dt) const override;
@@ -30,14 +36,19 @@ class Explicit final : public Scheme<D> {
     const MethodSpec& method() const { return model().method; }
     using Scheme<D>::times;
 
-    bool find_forces(State<D>& s, Lanes* nodes, Lanes* strain) const;
-    void update_particles(State<D>& s, Lanes* nodes, Lanes* strain, double dt, double t_kicked) const;
+    bool find_forces(State<D>& s, Lanes* nodes, Lanes* strain, const Kick& by) const;
+    void update_particles(State<D>& s, Lanes* nodes, Lanes* strain, double dt, const Kick& by) const;
     void clear_nodes(State<D>& s, Lanes* nodes) const;
-    void find_velocities(State<D>& s, Lanes* nodes) const;
-    void solve_mass(State<D>& s, Lanes* nodes, const Lanes* known, unsigned parts) const;
-    void kick(State<D>& s, Lanes* nodes, double dt, double t, bool has_velocities) const;
+    void find_held_by_bodies(State<D>& s) const;
+    void scatter_body(State<D>& s, int body, Lanes* nodes) const;
+    void find_velocities(State<D>& s, Lanes* nodes, const Kick& by, const std::vector<HeldNode<D>>& held = {}) const;
+    void solve_mass(State<D>& s, Lanes* nodes, unsigned parts, const std::vector<HeldNode<D>>& held) const;
+    template <class Solve>
+    void account_for(State<D>& s, Lanes* nodes, unsigned parts, const Kick& by, const Solve& solve) const;
+    void find_accelerations(State<D>& s, Lanes* nodes, unsigned parts, const Kick& by) const;
+    void kick(State<D>& s, Lanes* nodes, const Kick& by, bool has_velocities) const;
     void find_momenta(State<D>& s, Lanes* nodes) const;
-    bool find_momenta_and_forces(State<D>& s, Lanes* nodes) const;
+    bool find_momenta_and_forces(State<D>& s, Lanes* nodes, const Kick& by) const;
     void add_forces(State<D>& s, Lanes* nodes, bool has_points) const;
     void fit_cells(State<D>& s) const;
     void report_projection(State<D>& s, const Lanes* nodes, bool has_velocities) const;
@@ -49,8 +60,13 @@ class Explicit final : public Scheme<D> {
     void deform(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt, Deform by = Deform::next) const;
     template <class RunPass>
     void gather_tiles(State<D>& s, const RunPass& run) const;
-    void constrain(State<D>& s, Lanes* nodes, double t, Velocity of) const;
+    void constrain(State<D>& s, Lanes* nodes, const Kick& by, Velocity of) const;
     Sweep<D> sweep(State<D>& s, Lanes* nodes, double dt) const;
+    double pic_fraction() const { return method().update == Update::flip ? method().pic_fraction : 1.0; }
+    ExchangeSums<D> exchange_sums(State<D>& s, const Kick& by) const
+    {
+        return {s.account.is_wanted ? &s.account.boundaries : nullptr, by.dt};
+    }
 
     Passes<D> passes_;
     StressUpdate<D> update_stress_;

@@ -54,8 +54,10 @@ void arrange_nodes(const Model<D>& model, State<D>& s, const Lattice<D>& lattice
     }
     s.lattice           = lattice;
     s.field.tiles       = std::move(tiles);
-    s.field.constraints = Constraints<D>(model.conditions, s.lattice, s.field.tiles);
-    s.field.wall_nodes  = WallNodes<D>(model.walls, s.wall_shifts, model.conditions, s.lattice, s.field.tiles);
+    s.field.placed      = Constraints<D>(model.conditions, s.lattice, s.field.tiles);
+    s.field.constraints = s.field.placed;
+    s.field.wall_nodes  = WallNodes<D>(model.walls, s.wall_shifts, s.lattice, s.field.tiles);
+    s.field.wall_nodes.leave(s.field.constraints);
     number_enriched(s);
 }
 

@@ -79,13 +79,35 @@ void MassSolver<D>::apply(State<D>& s, const Sweep<D>& sweep, const Lanes* from,
 }
 
 template <int D>
-MassSolver<D>::Components::Components(unsigned parts)
+MassSolver<D>::Components::Components(unsigned parts, const std::vector<HeldNode<D>>& held_) : held(held_)
 {
     if (parts & kVelocity) firsts.push_back(NodeLane::velocity);
     if (parts & kAcceleration) firsts.push_back(NodeLane::increment);
     for (const int first : firsts)
         for (int a = 0; a < D; ++a) lanes.push_back(first + a);
     for (const int a : lanes) mask[a] = 1.0;
+    ORDO_EXPECT(held.empty() || firsts.size() == 1);
+}
+
+template <int D>
+Lanes MassSolver<D>::Components::joined(const Lanes& sums) const
+{
+    if (held.empty()) return sums;
+    double all = 0.0;
+    for (const int a : lanes) all += sums[a];
+    return mask * all;
+}
+
+template <int D>
+void MassSolver<D>::project(const NodeRows<D>& rows, const Components& c, Lanes* x)
+{
+    for (const HeldNode<D>& h : c.held) {
+        Lanes& own = x[rows.row(h.node)];
+        Vec<D> u{};
+        for (int a = 0; a < D; ++a) u[a] = own[c.firsts[0] + a];
+        u = h.free * u;
+        for (int a = 0; a < D; ++a) own[c.firsts[0] + a] = u[a];
+    }
 }
 
 template <int D>
@@ -199,6 +221,9 @@ void MassSolver<D>::set_first(State<D>& s, Lanes* nodes, const Lanes* known, con
             if (row > 0) m.lanes[row] &= static_cast<unsigned char>(~(1u << a));
         }
     });
+    project(m.rows, c, m.p.data());
+    for (const HeldNode<D>& h : c.held)
+        for (int a = 0; a < D; ++a) m.p[m.rows.row(h.node)][c.firsts[0] + a] += h.known[a];
     const Lanes others = masks()[255] - c.mask;
     const auto parts   = m.parts();
     for_each_row(m.rows, [&](int i) {
@@ -233,11 +258,15 @@ typename MassSolver<D>::Norms MassSolver<D>::find_residual(State<D>& s, const Sw
         }
         return sum;
     });
+    project(m.rows, c, m.r.data());
+    project(m.rows, c, z);
     norms.r = sum_of_runs(m.rows, [&](int begin, int end) {
         Lanes sum{};
         for (int i = begin; i < end; ++i) sum += z[i] * z[i];
         return sum;
     });
+    norms.b = c.joined(norms.b);
+    norms.r = c.joined(norms.r);
     for (const int a : c.lanes) norms.b[a] = std::max(norms.b[a], norms.r[a]);
     return norms;
 }
@@ -260,7 +289,7 @@ void MassSolver<D>::factor(State<D>& s) const
 /// z = P r from z = r over the roots of the masses; returns r z. The factors of different axes commute only if M is a tensor
 /// product. Applying them in turn and then in reverse order makes P symmetric for any matrix.
 template <int D>
-Lanes MassSolver<D>::precondition(State<D>& s) const
+Lanes MassSolver<D>::precondition(State<D>& s, const Components& c) const
 {
     MassSystem<D>& m = s.field.mass;
     Lanes* z         = m.q.data();
@@ -274,8 +303,8 @@ Lanes MassSolver<D>::precondition(State<D>& s) const
         solve(D - 1, kForward | kBackward);
         for (int a = D - 2; a >= 0; --a) solve(a, kBackward);
     }
-    const Lanes* of = masks();
-    return sum_of_runs(m.rows, [&](int begin, int end) {
+    const Lanes* of   = masks();
+    const Lanes total = sum_of_runs(m.rows, [&](int begin, int end) {
         Lanes sum{};
         for (int i = begin; i < end; ++i) {
             z[i] = z[i] * of[m.lanes[i]] * m.scale[i];
@@ -283,18 +312,20 @@ Lanes MassSolver<D>::precondition(State<D>& s) const
         }
         return sum;
     });
+    project(m.rows, c, z);  // r has no part along the held directions, so r z stays
+    return c.joined(total);
 }
 
 /// q = A p on the rows that are solved for; returns p q.
 template <int D>
-Lanes MassSolver<D>::multiply_direction(State<D>& s, const Sweep<D>& sweep) const
+Lanes MassSolver<D>::multiply_direction(State<D>& s, const Sweep<D>& sweep, const Components& c) const
 {
     MassSystem<D>& m      = s.field.mass;
     const RowView<D> rows = m.rows.view();
     const Lanes *of = masks(), *p = m.p.data();
     Lanes* q = m.q.data();
     if (!rows_.form) multiply(s, sweep, p, q);
-    return sum_of_runs(m.rows, [&](int begin, int end) {
+    const Lanes total = sum_of_runs(m.rows, [&](int begin, int end) {
         if (rows_.form) rows_.multiply(rows, m.entries.data(), p, q, begin, end);
         Lanes sum{};
         for (int i = begin; i < end; ++i) {
@@ -303,6 +334,8 @@ Lanes MassSolver<D>::multiply_direction(State<D>& s, const Sweep<D>& sweep) cons
         }
         return sum;
     });
+    project(m.rows, c, q);  // p has no part along the held directions, so p q stays
+    return c.joined(total);
 }
 
 /// u += alpha p, r -= alpha q, z = r over the roots of the masses; returns z z.
@@ -325,11 +358,12 @@ Lanes MassSolver<D>::add_direction(State<D>& s, Lanes* nodes, const Lanes& alpha
 }
 
 template <int D>
-void MassSolver<D>::solve(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, const Lanes* known, unsigned parts) const
+void MassSolver<D>::solve(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, const Lanes* known, unsigned parts,
+                          const std::vector<HeldNode<D>>& held) const
 {
     constexpr int max_iterations = 3000;                  // the condition number of cubic splines in 3D is some thousands
     constexpr double tolerance = 1e-13, bearable = 1e-9;  // of the norm of b
-    const Components c(parts);
+    const Components c(parts, held);
     prepare(s, sweep, nodes);
     set_first(s, nodes, known, c);
     Norms norms = find_residual(s, sweep, nodes, c);
@@ -342,14 +376,14 @@ void MassSolver<D>::solve(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, cons
         Norms& norms;
 
         bool is_done() const { return !is_finite(norms.r, c.lanes) || is_below(norms.r, tolerance, norms.b, c.lanes); }
-        Lanes precondition() { return solver.precondition(s); }
+        Lanes precondition() { return solver.precondition(s, c); }
         void turn(const Lanes& beta)
         {
             MassSystem<D>& m = s.field.mass;
             for_each_row(m.rows, [&](int i) { m.p[i] = m.q[i] + m.p[i] * beta; });
         }
-        Lanes multiply() { return solver.multiply_direction(s, sweep); }
-        void add_direction(const Lanes& alpha) { norms.r = solver.add_direction(s, nodes, alpha); }
+        Lanes multiply() { return solver.multiply_direction(s, sweep, c); }
+        void add_direction(const Lanes& alpha) { norms.r = c.joined(solver.add_direction(s, nodes, alpha)); }
     };
     iterations_ = conjugate_gradients(System{*this, s, sweep, nodes, c, norms}, max_iterations);
     if (is_finite(norms.r, c.lanes) && !is_below(norms.r, bearable, norms.b, c.lanes))  // if not finite, particles report it
@@ -359,6 +393,19 @@ void MassSolver<D>::solve(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, cons
             "\"lumped\"",
             s.n, s.t, iterations_, lump_below_));
     s.field.halo.copy(nodes);
+}
+
+template <int D>
+void MassSolver<D>::multiply_solution(State<D>& s, const Sweep<D>& sweep, const Lanes* nodes) const
+{
+    MassSystem<D>& m = s.field.mass;
+    const auto parts = m.parts();
+    for_each_row(m.rows, [&](int i) { m.p[i] = parts.is_coupled(i) ? nodes[m.rows.node(i)] : Lanes{}; });
+    multiply(s, sweep, m.p.data(), m.q.data());
+    for_each_row(m.rows, [&](int i) {
+        const Lanes& u = nodes[m.rows.node(i)];
+        m.q[i]         = parts.is_coupled(i) ? m.q[i] + u * m.diagonal[i] : u * u[NodeLane::mass];
+    });
 }
 
 template class MassSolver<1>;

@@ -7,6 +7,14 @@
 
 namespace ordo {
 
+/// A node whose solution is known along some directions: u = free u + known.
+template <int D>
+struct HeldNode {
+    std::ptrdiff_t node;
+    Mat<D> free;  ///< a symmetric projection
+    Vec<D> known;
+};
+
 /// Solves M u = b for velocities or accelerations, by conjugate gradients. The preconditioner is the row sums, and if M is formed
 /// also factors along the axes, which give the inverse of M for a full block of particles in a regular order.
 ///
@@ -28,10 +36,15 @@ class MassSolver {
     /// Turns momenta (velocity lanes) into velocities and forces (increment lanes) into accelerations; `parts` selects which.
     /// `known` has the accelerations of constrained components in the same lanes; fixed velocities are zero. Masses and volumes
     /// of `nodes` must be complete. Forms the matrix unless `s.mass` has it. Throws NumericalError if it does not converge.
+    /// Nodes of `held` are not images, and need that there is one part.
     enum Parts : unsigned { kVelocity = 1u, kAcceleration = 2u };
-    void solve(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, const Lanes* known, unsigned parts) const;
+    void solve(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, const Lanes* known, unsigned parts,
+               const std::vector<HeldNode<D>>& held = {}) const;
 
     int iterations() const { return iterations_; }  ///< of the last solve
+
+    /// s.mass.q = A u for each row, u the solution that `solve` left in `nodes`.
+    void multiply_solution(State<D>& s, const Sweep<D>& sweep, const Lanes* nodes) const;
 
     /// to = M from on all nodes, for the lanes of velocities and increments. Ignores `lump_below` and does not form M.
     void apply(State<D>& s, const Sweep<D>& sweep, const Lanes* from, Lanes* to) const;
@@ -48,21 +61,28 @@ class MassSolver {
     struct Components {
         std::vector<int> firsts, lanes;
         Lanes mask{};  ///< 1 in these lanes
+        const std::vector<HeldNode<D>>& held;
 
-        explicit Components(unsigned parts);
+        Components(unsigned parts, const std::vector<HeldNode<D>>& held);
+
+        /// A sum of products in each lane. Each component is a system of its own, unless held nodes couple them: then all get the sum
+        /// over the components.
+        Lanes joined(const Lanes& sums) const;
     };
     /// The squared norms of b and r: sums of their squares divided by the masses.
     struct Norms {
         Lanes b{};  ///< or of the first residual if that is larger
         Lanes r{};
     };
+    /// Projects the vector x of the rows of held nodes onto their free directions.
+    static void project(const NodeRows<D>& rows, const Components& c, Lanes* x);
     void form(State<D>& s, const Sweep<D>& sweep) const;
     void find_lumped(State<D>& s, const Sweep<D>& sweep, const Lanes* nodes) const;
     void set_first(State<D>& s, Lanes* nodes, const Lanes* known, const Components& c) const;
     Norms find_residual(State<D>& s, const Sweep<D>& sweep, Lanes* nodes, const Components& c) const;
     void factor(State<D>& s) const;
-    Lanes precondition(State<D>& s) const;
-    Lanes multiply_direction(State<D>& s, const Sweep<D>& sweep) const;
+    Lanes precondition(State<D>& s, const Components& c) const;
+    Lanes multiply_direction(State<D>& s, const Sweep<D>& sweep, const Components& c) const;
     Lanes add_direction(State<D>& s, Lanes* nodes, const Lanes& alpha) const;
 
     Passes<D> passes_;

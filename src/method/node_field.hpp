@@ -32,7 +32,8 @@ template <int D>
 struct NodeField {
     Tiles<D> tiles;              ///< of the particles that move in this field
     Halo<D> halo;                ///< periodic images of nodes
-    Constraints<D> constraints;  ///< by boundary conditions
+    Constraints<D> placed;       ///< by planes and regions
+    Constraints<D> constraints;  ///< by these and, found anew in each step, bodies
     WallNodes<D> wall_nodes;     ///< that may lie in walls
     Array<Lanes> nodes;          ///< sums, then velocities and increments; enriched corners follow the grid's nodes
     Array<Lanes> strain_nodes;   ///< velocities for the stress update, if not those of `nodes` (USF, MUSL)

@@ -2,6 +2,7 @@
 
 #include "method/diagnostics.hpp"
 #include "method/enrichment.hpp"
+#include "method/external_work.hpp"
 #include "method/layout.hpp"
 #include "method/place.hpp"
 #include "method/stress_update.hpp"
@@ -10,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <string>
+#include <utility>
 
 namespace ordo {
 
@@ -75,6 +77,8 @@ State<D> Scheme<D>::start_deformed(Particles<D> particles) const
     State<D> s{};
     s.particles = std::move(particles);
     s.wall_shifts.assign(model_.walls.size(), {});
+    s.account.boundaries.resize(boundary_count(model_));
+    s.account.tractions.resize(model_.tractions.size());
     const ParticleView<D> p = s.particles.view();
     s.lattice               = Lattice<D>(model_.origin, model_.h, model_.cells, model_.periodic, 0, grid_basis(model_.method));
     start_stresses(model_.materials, s.particles);
@@ -100,11 +104,26 @@ void Scheme<D>::step(State<D>& s, double dt) const
     ORDO_EXPECT(dt > 0);
     arrange(s);
     s.projection.fit = {};
-    take_step(s, dt);
+    if (s.account.is_wanted)
+        take_accounted_step(s, dt);
+    else
+        take_step(s, dt);
     s.dt_prev = dt;
     ++s.n;
     s.field.mass.is_formed = false;   // particles have moved
     require_sound(model_.method, s);  // only here: in the last output, time and particles must match
+}
+
+template <int D>
+void Scheme<D>::take_accounted_step(State<D>& s, double dt) const
+{
+    for (Exchange& e : s.account.boundaries) e.force = {};
+    evaluate_external_forces(s, s.t);
+    s.has_external_forces = true;  // take_step begins with the same
+    const ExternalWork<D> work(model_, s);
+    take_step(s, dt);
+    evaluate_external_forces(s, s.t);
+    work.add(s);
 }
 
 template <int D>
@@ -129,6 +148,7 @@ void Scheme<D>::arrange(State<D>& s) const
 template <int D>
 void Scheme<D>::evaluate_external_forces(State<D>& s, double t) const
 {
+    if (std::exchange(s.has_external_forces, false)) return;
     Stopwatch watch(times_, StageTimes::body_force);
     const ParticleView<D> p = s.particles.view();
     if (!model_.tractions.empty()) evaluate_loads(model_.loads, model_.tractions, s.lattice, p, t);

@@ -49,6 +49,8 @@ class Scheme {
     virtual void find_projection(State<D>& s) const = 0;
     /// `step` for sorted particles; advances the times. Sets `fault` if it fails.
     virtual void take_step(State<D>& s, double dt) const = 0;
+    /// The same, and adds to `account`.
+    void take_accounted_step(State<D>& s, double dt) const;
 
     void arrange(State<D>& s) const;
 

@@ -88,6 +88,25 @@ struct ProjectionReport {
     }
 };
 
+/// What leaves kinetic and strain energy other than by gravity, and the forces that go with it. Computed if wanted.
+struct Account {
+    bool is_wanted = false;
+    std::vector<Exchange> boundaries;  ///< by Condition::boundary and Wall::boundary
+    std::vector<Exchange> tractions;
+    double body_force_work = 0.0;  ///< taken by body forces since the start, J
+
+    static double work_of(const std::vector<Exchange>& all)
+    {
+        double r = 0.0;
+        for (const Exchange& e : all) r += e.work;
+        return r;
+    }
+    double boundary_work() const { return work_of(boundaries); }
+    double traction_work() const { return work_of(tractions); }
+    /// What all of them have taken, J.
+    double work() const { return boundary_work() + traction_work() + body_force_work; }
+};
+
 /// All that a step changes.
 template <int D>
 struct State {
@@ -96,17 +115,21 @@ struct State {
     // Rebuilt by the sort; see method/layout.hpp.
     Lattice<D> lattice;
     NodeField<D> field;
-    Array<Lanes> velocity_records;  ///< for least-squares fits of the velocity
-    Array<Lanes> cell_records;      ///< for least-squares fits of fields in cells
-    Array<Lanes> cell_contents;     ///< see kernels/cell_fields.hpp
-    Array<Lanes> gradients;         ///< see kernels/cell_gradient.hpp
-    Array<Lanes> particle_nodes;    ///< sums over particles if `field.nodes` has sums over quadrature points
-    QuadraturePoints<D> points;     ///< for quadratures cell and gauss
-    ProjectionReport projection;    ///< of the last step
-    double drift    = 0.0;          ///< upper bound on the displacement of particles since the sort, cells
-    double move     = 0.0;          ///< largest displacement along an axis in the last step, cells
-    double reach    = 0.0;          ///< largest distance from a particle to the edge of its domain, cells
-    int extra_reach = 0;            ///< cells beyond that edge in which the particle's samples count
+    Array<Lanes> velocity_records;     ///< for least-squares fits of the velocity
+    Array<Lanes> cell_records;         ///< for least-squares fits of fields in cells
+    Array<Lanes> cell_contents;        ///< see kernels/cell_fields.hpp
+    Array<Lanes> gradients;            ///< see kernels/cell_gradient.hpp
+    Array<Lanes> particle_nodes;       ///< sums over particles if `field.nodes` has sums over quadrature points
+    Array<Lanes> body_nodes;           ///< sums over the particles of one body, for conditions of bodies
+    Array<Lanes> wall_forces;          ///< forces without walls, with a consistent mass matrix
+    QuadraturePoints<D> points;        ///< for quadratures cell and gauss
+    ProjectionReport projection;       ///< of the last step
+    Account account;                   ///< since the start
+    bool has_external_forces = false;  ///< those that the next evaluation would find
+    double drift             = 0.0;    ///< upper bound on the displacement of particles since the sort, cells
+    double move              = 0.0;    ///< largest displacement along an axis in the last step, cells
+    double reach             = 0.0;    ///< largest distance from a particle to the edge of its domain, cells
+    int extra_reach          = 0;      ///< cells beyond that edge in which the particle's samples count
 
     std::vector<Vec<D>> wall_shifts;  ///< how far each wall has moved since t = 0, m
 
@@ -137,11 +160,21 @@ inline int extra_reach(const MethodSpec& method)
     return std::max<int>(fits_cells, extra_reach(width_of(method.weight), grid_basis(method).degree));
 }
 
+/// How many boundaries the conditions and walls of a model belong to.
+template <int D>
+std::size_t boundary_count(const Model<D>& model)
+{
+    int last = -1;
+    for (const Condition<D>& b : model.conditions) last = std::max(last, b.boundary);
+    for (const Wall<D>& w : model.walls) last = std::max(last, w.boundary);
+    return static_cast<std::size_t>(last + 1);
+}
+
 /// Whether a condition is on a plane other than the grid face on its side.
 template <int D>
 bool is_inner_plane(const Model<D>& model, const Condition<D>& b)
 {
-    return std::fabs(b.at - model.face(b.axis, b.outer_is_above)) > 1e-9 * model.h[b.axis];
+    return b.is_plane() && std::fabs(b.at - model.face(b.axis, b.outer_is_above)) > 1e-9 * model.h[b.axis];
 }
 /// Whether a condition is on a plane inside a grid of splines, which do not interpolate there.
 template <int D>

@@ -38,6 +38,35 @@ int add_loads(std::vector<Load<D>>& loads, Particles<D>& p, const CellMesh<D>& m
 }
 
 template <int D>
+LoadedFace<D> loaded_face(const Load<D>& load, const std::vector<Traction<D>>& tractions, const Lattice<D>& g,
+                          const ParticleView<D>& p, std::ptrdiff_t i, double t)
+{
+    LoadedFace<D> r{};
+    Vec<D> area{};
+    if (p.cell) {
+        Vec<D> at[Face<D>::max_corners]{};
+        for (int c = 0; c < load.face.count; ++c) {
+            at[c] = p.corner[p.cell[i][load.face.corner[c]]];
+            for (int a = 0; a < D; ++a)
+                if (g.periodic[a]) at[c][a] -= p.turns[i][a] * (g.cells[a] * g.h[a]);
+        }
+        area  = D == 1 ? load.area0 : face_area(at, load.face.count);
+        r.arm = face_center(at, load.face.count) - p.x[i];
+    } else {
+        area  = cofactor(p.F[i]) * load.area0;
+        r.arm = p.F[i] * load.arm0;
+    }
+    const Traction<D>& traction = tractions[load.traction];
+    const FieldPoint place{padded(g.inside_period(p.x[i] + r.arm)), padded(load.center0), t};
+    switch (traction.type) {
+    case TractionType::pressure: r.force = -traction.value[0](place) * area; break;
+    case TractionType::traction: r.force = load.share * norm(area) * evaluate<D>(traction.value, place); break;
+    case TractionType::dead: r.force = load.share * norm(load.area0) * evaluate<D>(traction.value, place); break;
+    }
+    return r;
+}
+
+template <int D>
 void evaluate_loads(const std::vector<Load<D>>& loads, const std::vector<Traction<D>>& tractions, const Lattice<D>& g,
                     const ParticleView<D>& p, double t)
 {
@@ -45,31 +74,9 @@ void evaluate_loads(const std::vector<Load<D>>& loads, const std::vector<Tractio
         Vec<D> force{};
         Mat<D> moment{};
         for (int l = p.load[i]; l >= 0; l = loads[l].is_last ? -1 : l + 1) {
-            const Load<D>& load = loads[l];
-            Vec<D> area{}, arm{};
-            if (p.cell) {
-                Vec<D> at[Face<D>::max_corners]{};
-                for (int c = 0; c < load.face.count; ++c) {
-                    at[c] = p.corner[p.cell[i][load.face.corner[c]]];
-                    for (int a = 0; a < D; ++a)
-                        if (g.periodic[a]) at[c][a] -= p.turns[i][a] * (g.cells[a] * g.h[a]);
-                }
-                area = D == 1 ? load.area0 : face_area(at, load.face.count);
-                arm  = face_center(at, load.face.count) - p.x[i];
-            } else {
-                area = cofactor(p.F[i]) * load.area0;
-                arm  = p.F[i] * load.arm0;
-            }
-            const Traction<D>& traction = tractions[load.traction];
-            const FieldPoint place{padded(g.inside_period(p.x[i] + arm)), padded(load.center0), t};
-            Vec<D> f{};
-            switch (traction.type) {
-            case TractionType::pressure: f = -traction.value[0](place) * area; break;
-            case TractionType::traction: f = load.share * norm(area) * evaluate<D>(traction.value, place); break;
-            case TractionType::dead: f = load.share * norm(load.area0) * evaluate<D>(traction.value, place); break;
-            }
-            force += f;
-            moment += outer(f, arm);
+            const LoadedFace<D> face = loaded_face(loads[l], tractions, g, p, i, t);
+            force += face.force;
+            moment += outer(face.force, face.arm);
         }
         p.traction[i]        = force;
         p.traction_moment[i] = moment;
@@ -82,10 +89,16 @@ template int add_loads(std::vector<Load<2>>&, Particles<2>&, const CellMesh<2>&,
                        const std::function<double(const Vec<2>&, const Vec<2>&)>&);
 template int add_loads(std::vector<Load<3>>&, Particles<3>&, const CellMesh<3>&, int, int,
                        const std::function<double(const Vec<3>&, const Vec<3>&)>&);
+template LoadedFace<1> loaded_face(const Load<1>&, const std::vector<Traction<1>>&, const Lattice<1>&, const ParticleView<1>&,
+                                   std::ptrdiff_t, double);
 template void evaluate_loads(const std::vector<Load<1>>&, const std::vector<Traction<1>>&, const Lattice<1>&,
                              const ParticleView<1>&, double);
+template LoadedFace<2> loaded_face(const Load<2>&, const std::vector<Traction<2>>&, const Lattice<2>&, const ParticleView<2>&,
+                                   std::ptrdiff_t, double);
 template void evaluate_loads(const std::vector<Load<2>>&, const std::vector<Traction<2>>&, const Lattice<2>&,
                              const ParticleView<2>&, double);
+template LoadedFace<3> loaded_face(const Load<3>&, const std::vector<Traction<3>>&, const Lattice<3>&, const ParticleView<3>&,
+                                   std::ptrdiff_t, double);
 template void evaluate_loads(const std::vector<Load<3>>&, const std::vector<Traction<3>>&, const Lattice<3>&,
                              const ParticleView<3>&, double);
 

@@ -43,6 +43,18 @@ template <int D>
 int add_loads(std::vector<Load<D>>& loads, Particles<D>& p, const CellMesh<D>& mesh, int first, int index,
               const std::function<double(const Vec<D>& normal, const Vec<D>& center)>& share);
 
+/// A loaded face at a time.
+template <int D>
+struct LoadedFace {
+    Vec<D> force;  ///< on it, N
+    Vec<D> arm;    ///< from the particle to its centre, m
+};
+
+/// The face of particle i with this load, at time t.
+template <int D>
+LoadedFace<D> loaded_face(const Load<D>& load, const std::vector<Traction<D>>& tractions, const Lattice<D>& g,
+                          const ParticleView<D>& p, std::ptrdiff_t i, double t);
+
 /// Sets the force and moment of each particle's loads at time t.
 template <int D>
 void evaluate_loads(const std::vector<Load<D>>& loads, const std::vector<Traction<D>>& tractions, const Lattice<D>& g,

@@ -6,7 +6,6 @@
 
 #include <array>
 #include <functional>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,9 +17,9 @@ struct WatchSpec {
     static constexpr std::array<std::string_view, count> names{"energy", "time-step", "dropped-pivots", "gaps"};
 
     std::array<bool, count> is_fatal{true, false, false, false};
-    /// By how much the sum of kinetic, strain and gravitational energy may grow, as a fraction of kinetic and strain energy at the
-    /// start plus the largest change of gravitational energy since. Not watched if not given.
-    std::optional<double> energy_growth;
+    /// By how much energy may grow that nothing has given, as a fraction of all energy that was there or was exchanged: kinetic and
+    /// strain energy at the start, and the largest changes since by gravity, boundaries, tractions and body forces.
+    double energy_growth = 1.0;
 };
 
 template <int D>
@@ -32,7 +31,7 @@ class Watch {
         : model_(model), spec_(spec), warn_(std::move(warn))
     {}
 
-    /// Stores the initial energy, or continues from `energies()`. Both throw InputError if there is no energy to compare with.
+    /// Stores the initial energy, or continues from `energies()`.
     void start(const State<D>& s);
     void resume(const std::vector<double>& energies);
 
@@ -43,11 +42,13 @@ class Watch {
     /// How many steps had findings that are not fatal.
     const std::array<long, WatchSpec::count>& found() const { return found_; }
 
-    /// For restarts, J: energy and gravitational energy at the start, and the largest change of the latter.
-    const std::array<double, 3>& energies() const { return energies_; }
+    /// For restarts, J: energy and gravitational energy at the start, then the largest exchanges since by gravity, boundaries,
+    /// tractions and body forces.
+    const std::array<double, 6>& energies() const { return energies_; }
 
   private:
-    void require_energy() const;
+    void look_for_growth(const State<D>& s);
+    std::string remedy_for_growth() const;
     void look_for_gaps(const State<D>& s);
     void find(WatchSpec::Kind kind, const std::string& message);
     std::string fastest_particle(const State<D>& s) const;
@@ -55,7 +56,7 @@ class Watch {
     const Model<D>& model_;
     WatchSpec spec_;
     std::function<void(const std::string&)> warn_;
-    std::array<double, 3> energies_{};
+    std::array<double, 6> energies_{};
     std::array<long, WatchSpec::count> found_{};
 };
 

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace ordo::setup {
@@ -12,18 +13,20 @@ namespace {
 
 [[noreturn]] void fail(int k, std::string_view key, std::string_view why) { throw SetupError(Part::boundary, k, key, why); }
 
-/// Prescribed velocities must be numbers on the nodes of their plane; of a plane of two axes 1000 along each are asked.
+/// Prescribed values must be numbers where they are asked for: on the nodes of the plane or in the region; of two axes
+/// 1000 along each are asked.
 template <int D>
-void require_finite_on_plane(const Condition<D>& b, int k, const Model<D>& model)
+void require_finite_values(const Condition<D>& b, int k, const Model<D>& model)
 {
     Index<D> n{}, step{};
     for (int a = 0; a < D; ++a) {
         step[a] = D < 3 ? 1 : model.cells[a] / 1000 + 1;
-        n[a]    = a == b.axis ? 1 : model.cells[a] / step[a] + 1;
+        n[a]    = b.is_plane() && a == b.axis ? 1 : model.cells[a] / step[a] + 1;
     }
     IndexBox<D>{{}, n}.for_each([&](const Index<D>& at) {
         Vec<D> x{}, value{};
-        for (int a = 0; a < D; ++a) x[a] = a == b.axis ? b.at : model.origin[a] + at[a] * step[a] * model.h[a];
+        for (int a = 0; a < D; ++a) x[a] = b.is_plane() && a == b.axis ? b.at : model.origin[a] + at[a] * step[a] * model.h[a];
+        if (!b.is_plane() && !b.covers(x, model.h)) return;
         for (int a = 0; a < D; ++a)
             if (b.value[a]) value[a] = (*b.value[a])({padded(x), padded(x), 0.0});
         require_finite(value, Part::boundary, k, "value", x);
@@ -35,6 +38,7 @@ ConditionType type_of(FaceType type)
     switch (type) {
     case FaceType::symmetry: return ConditionType::symmetry;
     case FaceType::velocity: return ConditionType::velocity;
+    case FaceType::displacement: return ConditionType::displacement;
     case FaceType::fixed:
     case FaceType::wall:
     case FaceType::periodic:
@@ -43,11 +47,34 @@ ConditionType type_of(FaceType type)
     return ConditionType::fixed;
 }
 
+/// Whether a place lies in a region or, up to a small part of a cell, on its surface.
+template <int D>
+std::function<bool(const Vec<D>&)> inside(const Region<D>& region, double tolerance)
+{
+    if (const auto* box = std::get_if<Bounds<D>>(&region))
+        return [box = *box, tolerance](const Vec<D>& x) {
+            for (int a = 0; a < D; ++a)
+                if (!(x[a] >= box.lower[a] - tolerance && x[a] <= box.upper[a] + tolerance)) return false;
+            return true;
+        };
+    if (const auto* given = std::get_if<Ball<D>>(&region)) {
+        Ball<D> ball = *given;
+        ball.radius += tolerance;
+        return [ball](const Vec<D>& x) { return ball.contains(x); };
+    }
+    Tube<D> tube = std::get<Tube<D>>(region);
+    tube.inner   = std::max(0.0, tube.inner - tolerance);
+    tube.outer += tolerance;
+    tube.bottom -= tolerance;
+    tube.top += tolerance;
+    return [tube](const Vec<D>& x) { return tube.contains(x); };
+}
+
 /// The wall of a boundary; its velocity must be a number at t = 0.
 template <int D>
-Wall<D> wall_of(const BoundarySpec<D>& b, int k, const CaseSpec<D>& spec, const Model<D>& model)
+Wall<D> wall_of(const BoundarySpec<D>& b, int k, const Model<D>& model)
 {
-    Wall<D> r{.point = b.point, .normal = {}, .velocity = {}, .friction = b.friction};
+    Wall<D> r{.point = b.point, .normal = {}, .velocity = {}, .friction = b.friction, .boundary = k};
     if (b.normal) {
         const double length = norm(*b.normal);
         if (!(length > 0)) fail(k, "normal", "must not be zero; it points out of the wall");
@@ -58,11 +85,6 @@ Wall<D> wall_of(const BoundarySpec<D>& b, int k, const CaseSpec<D>& spec, const 
     }
     if (!(b.friction >= 0 && std::isfinite(b.friction)))
         fail(k, "friction", fmt::format("must not be negative (got {})", b.friction));
-    if (spec.method.mass == MassMatrix::consistent)
-        fail(k, "type",
-             "\"wall\" needs lumped masses, because a consistent mass matrix couples the nodes on both sides of it; use "
-             "method.mass = "
-             "\"lumped\" where the method allows it, or another method, such as cpdi2");
     if (model.walls.size() == Wall<D>::most) fail(k, "type", fmt::format("there are more than {} walls", Wall<D>::most));
     for (int a = 0; a < D; ++a)
         if (b.value[a]) r.velocity[a] = *b.value[a];
@@ -71,8 +93,14 @@ Wall<D> wall_of(const BoundarySpec<D>& b, int k, const CaseSpec<D>& spec, const 
 }
 
 template <int D>
-void require_plane(const BoundarySpec<D>& b, int k, const CaseSpec<D>& spec)
+void require_place(const BoundarySpec<D>& b, int k, const CaseSpec<D>& spec)
 {
+    const bool has_motion = b.type == FaceType::velocity || b.type == FaceType::displacement;
+    if ((b.region || b.body) && !has_motion && b.type != FaceType::fixed)
+        fail(k, "type", "with a region or a body must be \"fixed\", \"velocity\" or \"displacement\"");
+    if (b.body && !(*b.body >= 0 && *b.body < static_cast<int>(spec.bodies.size())))
+        fail(k, "body", fmt::format("there is no body {}", *b.body));
+    if (!b.is_on_plane()) return;
     if (!(b.axis >= 0 && b.axis < D)) fail(k, "face", fmt::format("axis {} does not exist in {}D", b.axis, D));
     if (!b.at) return;
     const double low = spec.origin[b.axis], high = low + spec.size[b.axis];
@@ -100,22 +128,22 @@ void set_up_conditions(const CaseSpec<D>& spec, Model<D>& model)
     for (std::size_t n = 0; n < spec.boundaries.size(); ++n) {
         const BoundarySpec<D>& b = spec.boundaries[n];
         const int k              = static_cast<int>(n);
-        require_plane(b, k, spec);
+        require_place(b, k, spec);
         if (b.type == FaceType::periodic) model.periodic[b.axis] = true;
         if (b.type == FaceType::periodic || b.type == FaceType::free) continue;
         if (b.type == FaceType::wall) {
-            model.walls.push_back(wall_of(b, k, spec, model));
+            model.walls.push_back(wall_of(b, k, model));
             continue;
         }
         Condition<D> r{.axis           = b.axis,
                        .outer_is_above = b.is_above,
                        .at             = b.at.value_or(model.face(b.axis, b.is_above)),
                        .type           = type_of(b.type),
-                       .value          = {}};
-        if (r.type == ConditionType::velocity) {
-            r.value = b.value;
-            require_finite_on_plane(r, k, model);
-        }
+                       .value          = b.value,
+                       .body           = b.body,
+                       .boundary       = k};
+        if (b.region) r.region = inside(*b.region, 1e-9 * *std::min_element(model.h.c, model.h.c + D));
+        if (r.is_prescribed()) require_finite_values(r, k, model);
         if (is_inner_plane_of_splines(model, r))
             fail(k, "at",
                  fmt::format("the plane {} = {} lies inside the grid, where splines do not interpolate: a wall there "
@@ -128,7 +156,7 @@ void set_up_conditions(const CaseSpec<D>& spec, Model<D>& model)
         for (int a = 0; a < D && b.normal; ++a)
             if (model.periodic[a] && (*b.normal)[a] != 0.0)
                 fail(static_cast<int>(n), "normal", fmt::format("must have no component along the periodic axis {}", "xyz"[a]));
-        if (b.normal) continue;
+        if (!b.is_on_plane()) continue;
         if (b.type != FaceType::periodic && model.periodic[b.axis])
             fail(static_cast<int>(n), "face",
                  fmt::format("{} belongs to a periodic axis, which has no faces; remove one of the two entries",

@@ -61,7 +61,8 @@ void require_seed_inside(const BodySpec<D>& b, int k, const Seed<D>& s, int a, c
                             "{}; move the body or enlarge [grid] size",
                             b.name, place_text(s.x), low, high, "xyz"[a]));
     for (const Condition<D>& plane : model.conditions)
-        if (plane.axis == a && (plane.outer_is_above ? s.x[a] > plane.at + tolerance : s.x[a] < plane.at - tolerance))
+        if (plane.is_plane() && plane.axis == a &&
+            (plane.outer_is_above ? s.x[a] > plane.at + tolerance : s.x[a] < plane.at - tolerance))
             fail(k,
                  fmt::format("body \"{}\" lies beyond the boundary at {} = {}: a particle is at {}; move the body or the plane",
                              b.name, "xyz"[a], plane.at, place_text(s.x)));

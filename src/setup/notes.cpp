@@ -28,20 +28,45 @@ void note_thin_boxes(const CaseSpec<D>& spec, const Model<D>& model, std::vector
     }
 }
 
+/// Whether a condition covers a node of the cell that a seed is in.
+template <int D>
+bool reaches(const Seed<D>& s, const Condition<D>& b, const Model<D>& model)
+{
+    bool r = false;
+    IndexBox<D>{{}, Index<D>::filled(2)}.for_each([&](const Index<D>& side) {
+        Vec<D> x{};
+        for (int a = 0; a < D; ++a)
+            x[a] = model.origin[a] + model.h[a] * (std::floor((s.x[a] - model.origin[a]) / model.h[a]) + side[a]);
+        r = r || b.covers(x, model.h);
+    });
+    return r;
+}
+
 /// A clamp or a grip that holds no body is most likely misplaced.
 template <int D>
 void note_idle_conditions(const CaseSpec<D>& spec, const std::vector<Seed<D>>& seeds, const Model<D>& model,
                           std::vector<std::string>& notes)
 {
+    for (const Condition<D>& b : model.conditions)
+        if (b.region && std::none_of(seeds.begin(), seeds.end(), [&](const Seed<D>& s) { return reaches(s, b, model); }))
+            notes.push_back(
+                fmt::format("the region of boundary \"{}\" holds no node of a body at the start; it must be at least a "
+                            "cell thick where a body is",
+                            spec.boundaries[static_cast<std::size_t>(b.boundary)].name));
     for (const BoundarySpec<D>& b : spec.boundaries) {
-        if (b.type != FaceType::fixed && b.type != FaceType::velocity) continue;
+        if (!b.is_on_plane()) continue;
+        if (b.type != FaceType::fixed && b.type != FaceType::velocity && b.type != FaceType::displacement) continue;
         const double at = b.at.value_or(model.face(b.axis, b.is_above));
         double nearest  = HUGE_VAL;
         for (const Seed<D>& s : seeds)
             nearest = std::min(nearest, (b.is_above ? at - s.x[b.axis] : s.x[b.axis] - at) - reach_of_domain(s)[b.axis]);
         if (nearest > model.h[b.axis])
             notes.push_back(fmt::format("the boundary {} = {} ({}) holds no body at the start: the nearest is {:.3g} m away",
-                                        "xyz"[b.axis], at, b.type == FaceType::fixed ? "fixed" : "velocity", nearest));
+                                        "xyz"[b.axis], at,
+                                        b.type == FaceType::fixed      ? "fixed"
+                                        : b.type == FaceType::velocity ? "velocity"
+                                                                       : "displacement",
+                                        nearest));
     }
 }
 

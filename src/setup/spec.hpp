@@ -62,20 +62,30 @@ struct BodySpec {
     VectorField<D> body_force{};          ///< per mass, in addition to gravity, m/s^2
 };
 
-enum class FaceType { fixed, symmetry, velocity, wall, periodic, free };
+enum class FaceType { fixed, symmetry, velocity, displacement, wall, periodic, free };
+
+/// A region of space.
+template <int D>
+using Region = std::variant<Bounds<D>, Ball<D>, Tube<D>>;
 
 /// A condition on a face of the grid, or on the plane `at` across the same axis. One periodic face makes the axis periodic. Walls
-/// may have a normal and a point instead, which then take the place of axis, side and `at`.
+/// may have a normal and a point instead; fixed, velocity and displacement a region, or a body whose nodes they hold. These take
+/// the place of axis, side and `at`.
 template <int D>
 struct BoundarySpec {
+    std::string name{};  ///< for messages
     int axis      = 0;
     bool is_above = false;  ///< the face with the larger coordinate
     FaceType type = FaceType::fixed;
     std::optional<double> at{};                   ///< m
-    std::array<std::optional<Field>, D> value{};  ///< for velocity and wall, m/s; without a value free, of a wall 0
+    std::array<std::optional<Field>, D> value{};  ///< velocity, also of a wall, or displacement; without one free, of a wall 0
     std::optional<Vec<D>> normal{};               ///< out of the wall, of any length
     Vec<D> point{};                               ///< on the wall, m
     double friction = 0.0;                        ///< Coulomb's coefficient of a wall
+    std::optional<Region<D>> region{};
+    std::optional<int> body{};
+
+    bool is_on_plane() const { return !normal && !region && !body; }
 };
 
 /// Which outer faces of a body: all, those that look towards its center or away from it, or those whose normal points mostly

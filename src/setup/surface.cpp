@@ -15,7 +15,7 @@ bool is_closed(const Model<D>& model, int axis, bool above, double at)
 {
     if (std::fabs(at - model.face(axis, above)) > 1e-9 * model.h[axis]) return false;
     return model.periodic[axis] || std::any_of(model.conditions.begin(), model.conditions.end(), [&](const Condition<D>& b) {
-               return b.axis == axis && b.outer_is_above == above && !is_inner_plane(model, b);
+               return b.is_plane() && b.axis == axis && b.outer_is_above == above && !is_inner_plane(model, b);
            });
 }
 

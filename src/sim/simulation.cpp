@@ -23,6 +23,7 @@ Simulation<D>::Simulation(setup::Built<D> built, const WatchSpec& watch, Warn wa
       notes_(std::move(built.notes))
 {
     if (!warn) warn = [](const std::string&) {};
+    state_.account.is_wanted = true;
     watch_.emplace(scheme_->model(), watch, std::move(warn));
     watch_->start(state_);
 }

@@ -339,6 +339,8 @@ void SplineScheme<D>::solve_acceleration(State<D>& s) const
         if (!work.is_near) work.a[i] = work.part[i] * only;
     });
 
+    work.forces = of_holders(work.b.data());
+
     Factors exact;
     const bool is_exact = D == 1 && !is_cut_;
     std::optional<CutFactor<D>> factor;

@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 namespace ordo {
 
@@ -92,11 +94,14 @@ void require_spline_model(const Model<D>& model)
     if (!model.surface.empty() && model.method.basis == Basis::hat)
         throw InputError(only +
                          "takes bodies with free surfaces only with basis bspline2 to bspline5: with hats waves grow there");
+    if (!model.walls.empty())
+        throw InputError(only +
+                         "takes no [[boundary]] of type \"wall\": within a Runge-Kutta step nothing could leave it; use bscpdi2");
     std::array<std::array<bool, 2>, D> is_walled{};
     for (const Condition<D>& b : model.conditions) {
-        if (b.type == ConditionType::velocity)
-            throw InputError(only + "takes walls at rest: [[boundary]] type \"fixed\" or \"symmetry\", not \"velocity\"");
-        if (is_inner_plane(model, b))
+        if (b.is_prescribed())
+            throw InputError(only + "takes walls at rest: [[boundary]] type \"fixed\" or \"symmetry\", not a given motion");
+        if (!b.is_plane() || is_inner_plane(model, b))
             throw InputError(only + "takes walls on faces of the grid only: move the [[boundary]] or the grid's face");
         is_walled[b.axis][b.outer_is_above] = true;
     }
@@ -126,6 +131,7 @@ SplineScheme<D>::SplineScheme(Model<D> of) : Scheme<D>(std::move(of)), cells_(mo
         s_space_.axis[a] = axis_of(model(), a, stress_degree, method.removed_stress_knots);
     }
     hold_walls();
+    find_holders();
 
     for (int a = 0; a < D; ++a) set_axis(a);
     const auto rule = gauss_rule(points_);
@@ -225,6 +231,45 @@ void SplineScheme<D>::hold_walls()
             });
         }
     }
+}
+
+/// Finds which boundary holds each held component; of several the last.
+template <int D>
+void SplineScheme<D>::find_holders()
+{
+    const Index<D> counts = v_space_.counts();
+    std::map<std::pair<std::size_t, int>, int> boundary;
+    for (const Condition<D>& b : model().conditions) {
+        IndexBox<D> face{{}, counts};
+        face.lo[b.axis] = b.outer_is_above ? counts[b.axis] - 1 : 0;
+        face.hi[b.axis] = face.lo[b.axis] + 1;
+        face.for_each([&](const Index<D>& k) {
+            for (int c = 0; c < D; ++c)
+                if (b.constrains(c)) boundary[{v_space_.number(k), c}] = b.boundary;
+        });
+    }
+    for (const auto& [held, number] : boundary) holders_.push_back({held.first, held.second, number});
+}
+
+/// The accelerations of held components in records of functions.
+template <int D>
+std::vector<double> SplineScheme<D>::of_holders(const Lanes* records) const
+{
+    std::vector<double> r;
+    for (const Holder& h : holders_) r.push_back(records[h.function][SplineLane::acceleration + h.component]);
+    return r;
+}
+
+/// Adds the forces of walls at a stage with a weight: M a - f at the functions that they hold. Walls are at rest, so there is no work.
+template <int D>
+void SplineScheme<D>::add_reactions(State<D>& s, double part) const
+{
+    SplineScratch<D>& work = *scratch_;
+    clear(work.sums, v_space_.count());
+    multiply_mass(work.a.data(), work.sums.data());
+    const std::vector<double> inertia = of_holders(work.sums.data());
+    for (std::size_t k = 0; k < holders_.size(); ++k)
+        s.account.boundaries[holders_[k].boundary].force[holders_[k].component] += part * (inertia[k] - work.forces[k]);
 }
 
 /// Lists the particles of each cell, and evaluates the functions at the particles.
@@ -431,6 +476,7 @@ void SplineScheme<D>::take_step(State<D>& s, double dt) const
             parallel_for_each(s.particles.count,
                               [&](std::ptrdiff_t i) { work.v0[i] -= model().method.null_damping * (work.v0[i] - work.v_at[i]); });
         }
+        if (s.account.is_wanted) add_reactions(s, scheme.weight[k]);
         const bool is_last   = k + 1 == scheme.stages;
         const double further = is_last ? 0.0 : dt * scheme.at[k + 1], part = dt * scheme.weight[k];
         const TileReport found = add_slope(s, part, further, is_last);

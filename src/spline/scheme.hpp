@@ -65,6 +65,11 @@ class SplineScheme final : public Scheme<D> {
         std::size_t function;
         Lanes velocity, acceleration;
     };
+    /// A component of a function that a boundary holds.
+    struct Holder {
+        std::size_t function;
+        int component, boundary;
+    };
     /// A symmetric positive definite system over the functions of a space, with eight right-hand sides.
     struct System;
     struct Conjugate;
@@ -140,6 +145,9 @@ class SplineScheme final : public Scheme<D> {
     void hold(const System& system, Lanes* records) const;
     void require_enough(State<D>& s, const System& system, const Lanes& unit, int singular) const;
     void hold_walls();
+    void find_holders();
+    std::vector<double> of_holders(const Lanes* records) const;
+    void add_reactions(State<D>& s, double part) const;
     void set_axis(int a);
     void set_colours();
     void remember(State<D>& s) const;
@@ -165,6 +173,7 @@ class SplineScheme final : public Scheme<D> {
     std::array<std::vector<IndexBox<D>>, 1 << D> blocks_;  ///< of cells; blocks of one colour share no function
 
     std::vector<Held> held_;
+    std::vector<Holder> holders_;  ///< each component once
     /// For each axis and end: 1 in the lanes of a record that the wall leaves free.
     std::array<std::array<Lanes, 2>, D> velocity_free_, acceleration_free_;
 

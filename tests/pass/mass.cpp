@@ -133,7 +133,7 @@ struct Body {
     }
     void fill_known()
     {
-        s.field.constraints.for_each_velocity(method.model().conditions, 0.0, [&](std::ptrdiff_t node, int a, bool, double v) {
+        s.field.constraints.for_each_velocity(method.model().conditions, {}, [&](std::ptrdiff_t node, int a, bool, double v) {
             s.field.known[static_cast<std::size_t>(node)][first + a] = v;
         });
     }

@@ -209,9 +209,9 @@ CASE_FAULTS = [
     # boundaries
     ("z-min in 2D", [boundary("face = @'z-min'\ntype = 'fixed'\n")], "boundary[0].face", "does not exist in 2D"),
     ("unknown face", [boundary("face = @'left'\ntype = 'fixed'\n")], "boundary[0].face", "must be one of x-min, x-max"),
-    ("no face", [boundary("face = @[]\ntype = 'fixed'\n")], "boundary[0].face", "at least one face"),
+    ("no face", [boundary("face = @[]\ntype = 'fixed'\n")], "boundary[0].face", "needs a face, a region or a body"),
     ("unknown boundary type", [boundary("face = 'x-min'\ntype = @'fixt'\n")], "boundary[0].type", 'Did you mean "fixed"?'),
-    ("velocity without value", ["@" + boundary("face = 'x-min'\ntype = 'velocity'\n")], "boundary[0].value", "needs the velocity"),
+    ("velocity without value", ["@" + boundary("face = 'x-min'\ntype = 'velocity'\n")], "boundary[0].value", "needs it per axis"),
     ("value without velocity", [boundary("face = 'x-min'\ntype = 'fixed'\nvalue = @[1, 0]\n")], "boundary[0].value", "remove it"),
     ("periodic and fixed on one axis", [wall("x-min", "periodic"), boundary("face = @'x-max'\ntype = 'fixed'\n")], "boundary[1].face", "remove one of the two"),
     ("plane outside the grid", [wall("x-min", "fixed") + "at = @-1.0\n"], "boundary[0].at", "lies outside the grid"),

@@ -1,6 +1,8 @@
 """What [watch] sets ends a run in the step it happens, with a message that says where; else it is a warning."""
 
-from harness import CASE, TWO_DISKS, InTemporaryDirectory, contents, edit, frames, history, ordo, read_vtk
+import re
+
+from harness import CASE, ROOT, TWO_DISKS, InTemporaryDirectory, contents, edit, frames, history, ordo, read_vtk
 
 # Gravity along a periodic axis: the block falls for ever, and its speed is all that it gets.
 FALLING = edit(
@@ -26,7 +28,7 @@ class Watch(InTemporaryDirectory):
         self.assertEqual(frames(self.dir / "out")[-1][0], history(self.dir / "out")["time"][-1])
 
     def test_energy(self):
-        self.assert_fails(*GAINS, says=("energy has grown", "step ", "particle", "of body", "watch.energy_growth"))
+        self.assert_fails(*GAINS, says=("the method has added", "step ", "particle", "of body", "watch.energy_growth"))
         total = history(self.dir / "out")["total_energy"]
         self.assertGreater(total[-1], 1.3 * total[0])
         self.assertLessEqual(max(total[:-1]), 1.3 * total[0])
@@ -34,7 +36,7 @@ class Watch(InTemporaryDirectory):
     def test_energy_that_is_not_fatal(self):
         done = self.run_case(*GAINS, "--set", "watch.fatal=[]")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(done.stderr.count("energy has grown"), 1)
+        self.assertEqual(done.stderr.count("the method has added"), 1)
         self.assertRegex(done.stderr, r"energy in \d+ steps")
         self.assertIn("fatal = []", (self.dir / "out" / "case.toml").read_text())
 
@@ -49,10 +51,30 @@ class Watch(InTemporaryDirectory):
         rows = history(self.dir / "out")
         self.assertGreater(rows["kinetic_energy"][-1] / rows["mass"][-1], 0.5 * (5e4 * 0.0195) ** 2)
 
-    def test_energy_needs_some_to_compare_with(self):
-        done = self.run_case(self.write("case.toml", CASE), "--set", "watch.energy_growth=0.1")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("at rest", done.stderr)
+    def test_energy_without_any_to_compare_with(self):
+        """Silent: nothing has given energy yet."""
+        self.run_good(self.write("case.toml", CASE), "--set", "watch.energy_growth=0")
+
+    def test_energy_by_default(self):
+        """README's block with methods that gain energy in its impact: they end, and are told what to choose."""
+        block = re.search(r"```toml\n(.*?)```", (ROOT / "README.md").read_text(), re.S)[1]
+        case = self.write("case.toml", block)
+        for preset in ("impm", "mls-bsmpm", "tls-mpm", "tls-ddmpm", "tls-bsmpm"):
+            with self.subTest(preset):
+                done = self.run_case(case, "--overwrite", "--set", f"method.preset={preset}")
+                self.assertEqual(done.returncode, 1, done.stderr)
+                self.assertRegex(done.stderr, r"the method has added .*use cpdi1 or bscpdi2")
+        for preset in ("ugimp", "cpdi1", "cpdi2", "bscpdi2", "bsmpm", "apic"):
+            with self.subTest(preset):
+                self.run_good(case, "--overwrite", "--set", f"method.preset={preset}")
+
+    def test_work_is_no_growth(self):
+        """A block that a plane pushes, a pressure presses and a force drives gains what these give, and no more."""
+        self.write("case.toml", WORKED)
+        self.run_good("case.toml", "--output", "out", "--set", "watch.energy_growth=0.02")
+        seen = history(self.dir / "out")
+        for column in ("boundary_work", "traction_work", "body_force_work"):
+            self.assertLess(seen[column][-1], -1.0)
 
     def test_time_step_that_particles_outrun(self):
         case = self.write("case.toml", edit(FALLING, ("[grid]\n", "gravity = [2e4, 0.0]\n[grid]\n")))
@@ -74,6 +96,35 @@ class Watch(InTemporaryDirectory):
         plain, watched = contents(self.dir / "plain"), contents(self.dir / "watched")
         self.assertEqual([name for name in plain if plain[name] != watched[name]], ["case.toml"])
 
+
+WORKED = """\
+[grid]
+size = [1.6, 1.0]
+spacing = 0.1
+[time]
+end = 0.2
+[[material]]
+name = "rubber"
+density = 1000.0
+young = 1e5
+poisson = 0.3
+[[body]]
+material = "rubber"
+shape = "box"
+lower = [0.0, 0.0]
+upper = [1.0, 0.6]
+body_force = [0.0, "10*t"]
+[[boundary]]
+name = "piston"
+face = "x-min"
+at = 0.0
+type = "velocity"
+value = ["2*min(t, 0.1)", 0]
+[[traction]]
+body = "body 0"
+face = "y-max"
+value = "-5e4*t"
+"""
 
 HANGING = """\
 gravity = [0.0, -10.0]

@@ -271,7 +271,7 @@ TEST(Condition, PlanesActFromTheirNodeOutwards)
         const Constraints<1> constraints(conditions, lattice, tiles);
         Array<Lanes> nodes(lattice.node_count());
         for (Lanes& n : nodes) n = make_lanes(1, 1, 1, 1, 1, 1, 1, 1);
-        constraints.apply(conditions, nodes.data(), 0.0);
+        constraints.apply(conditions, nodes.data(), {0.0}, {nullptr, 1.0}, 0.0);
         for (int k = 0; k < lattice.nodes[0]; ++k) {
             const bool held = k - 2 >= c.first_constrained && k - 2 <= c.last_constrained;
             EXPECT_EQ(nodes[static_cast<std::size_t>(k)][NodeLane::velocity], held ? 0.0 : 1.0) << c.at << " node " << k - 2;
@@ -340,7 +340,7 @@ struct ConditionTypes : testing::Test {
         }
         Array<Lanes> nodes(lattice.node_count());
         for (Lanes& n : nodes) n = make_lanes(3, 4, 0, 1, 0.5, 0.25, 0, 0);
-        Constraints<2>(conditions, lattice, tiles).apply(conditions, nodes.data(), 2.0);
+        Constraints<2>(conditions, lattice, tiles).apply(conditions, nodes.data(), {2.0}, {nullptr, 1.0}, 0.0);
         const Lanes& n = nodes[lattice.offset({1, 1})];
         return {n[0], n[1], n[4], n[5]};
     }

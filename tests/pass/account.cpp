@@ -1,0 +1,156 @@
+// Forces and work of boundaries, tractions and body forces: they are what changes momentum and energy.
+#include "method/diagnostics.hpp"
+#include "method/tables.hpp"
+#include "setup/build.hpp"
+#include "sim/simulation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <tuple>
+
+namespace ordo {
+namespace {
+
+/// A block that hangs from a clamp, is pulled to the right by a plane that moves, pressed against an oblique wall with friction, and
+/// loaded from above, with a grip of its own material at its left.
+setup::CaseSpec<2> pushed_block(const MethodSpec& method)
+{
+    setup::CaseSpec<2> spec{};
+    spec.method    = method;
+    spec.size      = {0.8, 0.8};
+    spec.spacing   = {0.1, 0.1};
+    spec.gravity   = {1.0, -10.0};
+    spec.materials = {elastic_material(find_law("neo-hookean"), 1000.0, 1e5, 0.3)};
+    spec.bodies    = {{.shape      = Bounds<2>{{0.2, 0.2}, {0.8, 0.8}},
+                       .velocity   = {Field(0.3), Field(-0.2)},
+                       .body_force = {Field(-3.0), Field(2.0)}},
+                      {.shape = Bounds<2>{{0.1, 0.4}, {0.2, 0.6}}}};
+    setup::BoundarySpec<2> clamp{.axis = 1, .is_above = true, .type = setup::FaceType::fixed};
+    setup::BoundarySpec<2> pull{.axis = 0, .is_above = true, .type = setup::FaceType::velocity, .value = {Field(0.5), {}}};
+    setup::BoundarySpec<2> wall{.type = setup::FaceType::wall, .normal = Vec<2>{0.5, 1.0}, .point = {0.2, 0.2}, .friction = 0.3};
+    setup::BoundarySpec<2> region{.type = setup::FaceType::displacement, .region = Ball<2>{{0.6, 0.4}, 0.11}};
+    region.value[1] = Field([](const FieldPoint& p) { return -0.1 * p.t; });
+    setup::BoundarySpec<2> grip{.type = setup::FaceType::velocity, .value = {Field(-0.1), Field(0.1)}, .body = 1};
+    spec.boundaries = {clamp, pull, wall, region, grip};
+    spec.tractions  = {{.traction = {TractionType::dead, {Field(50.0), Field(-20.0)}}}};
+    spec.time       = {.end = 1.0, .cfl = 0.2};
+    return spec;
+}
+
+
+class Balance : public testing::TestWithParam<std::tuple<std::string, TimeScheme, double>> {};
+
+/// Momentum changes in each step by the impulses of gravity, boundaries, tractions and body forces.
+TEST_P(Balance, OfMomentum)
+{
+    const auto& [preset, scheme, pic] = GetParam();
+    MethodSpec method                 = find_preset(preset)->spec;
+    method.scheme                     = scheme;
+    method.pic_fraction               = pic;
+    if (const Rule* rule = broken_rule(method)) GTEST_SKIP() << rule->why;
+    if (keeps_corner_velocity(method) && pic > 0)
+        GTEST_SKIP() << "particles then take the momentum of corners with kept velocities";
+    const setup::CaseSpec<2> spec = pushed_block(method);
+    Simulation<2> sim(setup::build(spec));
+    const double mass = totals(sim.model(), sim.state().particles).mass, pushed = 0.36 * 1000.0;
+    std::array<double, 5> largest{};
+    for (int step = 0; step < 12; ++step) {
+        const State<2>& s        = sim.state();
+        const Vec<3> before      = totals(sim.model(), s.particles).momentum;
+        const double dt_of_start = s.dt_prev;
+        sim.step();
+        const double dt = 0.5 * (dt_of_start + s.dt_prev);
+        Vec<3> force    = mass * padded(spec.gravity) + pushed * Vec<3>{-3.0, 2.0, 0.0};
+        for (std::size_t k = 0; k < s.account.boundaries.size(); ++k) {
+            force += s.account.boundaries[k].force;
+            largest[k] = std::max(largest[k], norm(s.account.boundaries[k].force));
+        }
+        for (const Exchange& e : s.account.tractions) force += e.force;
+        const Vec<3> change = totals(sim.model(), s.particles).momentum - before;
+        EXPECT_LT(norm(change - dt * force), 1e-10 * dt * norm(force) + 1e-12 * norm(before)) << "step " << step;
+    }
+    for (const double force : largest) EXPECT_GT(force, 10.0);  // N: each of them does act
+}
+
+std::string name_of_balance(const testing::TestParamInfo<Balance::ParamType>& info)
+{
+    std::string r = std::get<0>(info.param) + "_" + std::string(name_of(std::get<1>(info.param))) +
+                    (std::get<2>(info.param) > 0 ? "_pic" : "");
+    std::replace(r.begin(), r.end(), '-', '_');
+    return r;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Presets, Balance,
+    testing::Combine(testing::Values("mpm", "ugimp", "cpdi1", "cpdi2", "cpdi2t", "apic", "bsmpm", "ddmpm", "fem"),
+                     testing::Values(TimeScheme::usf, TimeScheme::usl, TimeScheme::musl), testing::Values(0.0, 0.3)),
+    name_of_balance);
+
+/// A body force does the work that gravity would do, to round-off; a moving plane gives a free block the energy of its impact.
+TEST(Account, WorkOfBodyForces)
+{
+    setup::CaseSpec<2> spec = pushed_block(find_preset("cpdi1")->spec);
+    spec.boundaries.clear();
+    spec.tractions.clear();
+    spec.time.end = 0.05;
+    Simulation<2> forced(setup::build(spec));
+    forced.run();
+    const double pushed = 0.36 * 1000.0;
+    Vec<2> centre{};
+    const Particles<2>& p = forced.state().particles;
+    for (int i = 0; i < p.count; ++i)
+        if (p.body[i] == 0) centre += (1 / pushed) * p.m[i] * p.x[i];
+    const Vec<2> moved = centre - Vec<2>{0.5, 0.5};
+    EXPECT_NEAR(forced.state().account.body_force_work, -pushed * (-3.0 * moved[0] + 2.0 * moved[1]), 1e-10);
+    EXPECT_GT(std::fabs(forced.state().account.body_force_work), 1.0);
+}
+
+/// A grip ends where it is told, with steps of any size, and a body beside it does not.
+TEST(Account, DisplacementsAreExact)
+{
+    setup::CaseSpec<2> spec = pushed_block(find_preset("cpdi1")->spec);
+    spec.size               = {2.0, 1.0};
+    spec.bodies[1].shape    = Bounds<2>{{1.4, 0.4}, {1.6, 0.6}};
+    spec.tractions.clear();
+    spec.boundaries = {{.type = setup::FaceType::displacement, .body = 1}};
+    for (int a = 0; a < 2; ++a) spec.boundaries[0].value[a] = Field([a](const FieldPoint& at) { return (a + 1) * at.t * at.t; });
+    spec.time.end = 0.2;
+    Simulation<2> sim(setup::build(spec));
+    sim.run();
+    const Particles<2>& p = sim.state().particles;
+    for (int i = 0; i < p.count; ++i) {
+        const Vec<2> moved = p.x[i] - p.X[i];
+        const double off   = norm(moved - Vec<2>{0.04, 0.08});
+        EXPECT_TRUE(p.body[i] == 1 ? off < 1e-12 : off > 0.01) << off;
+    }
+}
+
+/// The work of a pressure that grows with time, on a face that moves on a given path: the mean force times the way.
+TEST(Account, WorkOfTractions)
+{
+    setup::CaseSpec<2> spec = pushed_block(find_preset("cpdi1")->spec);
+    spec.gravity            = {};
+    spec.size               = {1.0, 1.0};
+    spec.bodies.resize(1);
+    spec.bodies[0].body_force = {};
+    spec.bodies[0].velocity   = {Field(0.5), Field(0.0)};
+    spec.boundaries           = {{.type = setup::FaceType::velocity, .value = {Field(0.5), Field(0.0)}, .body = 0}};
+    spec.tractions            = {{.faces    = {{setup::BodyFace::along_axis, 0, true}},
+                                  .traction = {TractionType::pressure, {Field([](const FieldPoint& at) { return 1e3 * at.t; })}}}};
+    spec.time                 = {.end = 0.1, .dt = 0.001};
+    Simulation<2> sim(setup::build(spec));
+    sim.run();
+    const Account& a = sim.state().account;
+    const double way = 0.05, height = 0.6, mean_pressure = 50.0;
+    EXPECT_NEAR(a.traction_work(), mean_pressure * height * way, 1e-10);
+    EXPECT_NEAR(a.tractions[0].force[0], -99.5 * height, 1e-9);
+    EXPECT_NEAR(a.boundary_work(), -a.traction_work(), 0.02 * a.traction_work());  // the boundary drives the block against it
+    EXPECT_NEAR(sim.state().particles.x[0][0] - sim.state().particles.X[0][0], way, 1e-12);
+}
+
+}  // namespace
+}  // namespace ordo
