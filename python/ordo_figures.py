@@ -63,6 +63,7 @@ SLOPES = {(1, 2): "orders 1 and 2", (2, 3, 4): "orders 2, 3 and 4"}  # reference
 ERRORS = ["displacement", "velocity", "stress", "density", "velocity_grid", "value", "value_inside"]
 # Dimensions of VTK's cell types; the corners of a triangle as those of a quad, of a tetrahedron as those of a hexahedron.
 DIMS = {1: 0, 3: 1, 5: 2, 9: 2, 10: 3, 12: 3}
+POINTS_OF_ONE_CELL = 2  # VTK_POLY_VERTEX
 SIMPLEX_CORNERS = {5: [0, 1, 2, 2], 10: [0, 1, 2, 2, 3, 3, 3, 3]}
 # The faces of a VTK hexahedron, counter-clockwise when seen from outside.
 FACES = np.array([[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]])
@@ -126,9 +127,11 @@ class Frame:
         points = vtk_to_numpy(grid.GetPoints().GetData())
         types = vtk_to_numpy(grid.GetCellTypesArray())
         ids, starts = vtk_to_numpy(grid.GetCells().GetConnectivityArray()), vtk_to_numpy(grid.GetCells().GetOffsetsArray())
+        if np.all(types == POINTS_OF_ONE_CELL):  # output.particles = "points"
+            types, ids, starts = np.ones(len(ids), dtype=int), ids, np.arange(len(ids) + 1)
         self.dim = max(DIMS[t] for t in types) or None
         width = 2 ** (self.dim or 0)
-        self.corners = np.empty((n, width, 3))
+        self.corners = np.empty((len(types), width, 3))
         for t in np.unique(types):  # triangles and tetrahedra as quads and hexahedra with corners that coincide
             cells = starts[:-1][types == t]
             for k, corner in enumerate(SIMPLEX_CORNERS.get(t, range(width))):

@@ -136,7 +136,7 @@ io::Writer<D> files_of(const io::CaseInput& input, Simulation<D>& sim, io::RunDi
                        const std::optional<io::Written>& restart, bool quiet)
 {
     if (restart) {
-        sim.watch()->resume(restart->watched);
+        sim.watch()->resume(restart->watched, sim.state());
         return {input, sim.model(), directory, *restart};
     }
     const auto begin = std::chrono::steady_clock::now();

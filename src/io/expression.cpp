@@ -91,4 +91,19 @@ Field make_field(const Expression& expression)
     }
 }
 
+bool depends_on_time_alone(const Expression& expression)
+{
+    const auto* text = std::get_if<std::string>(&expression.value);
+    if (!text) return true;
+    double place = 0.0, t = 0.0;
+    mu::Parser parser;
+    for (const char* name : {"x", "y", "z", "X", "Y", "Z"}) parser.DefineVar(name, &place);
+    parser.DefineVar("t", &t);
+    parser.DefineConst("pi", std::numbers::pi);
+    parser.SetExpr(*text);
+    for (const auto& used : parser.GetUsedVar())
+        if (used.first != "t") return false;
+    return true;
+}
+
 }  // namespace ordo::io

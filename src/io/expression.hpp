@@ -10,6 +10,9 @@ namespace ordo::io {
 /// The field may be called from all threads: each has its own parser.
 Field make_field(const Expression& expression);
 
+/// Whether a number or an expression that parses is a function of t alone.
+bool depends_on_time_alone(const Expression& expression);
+
 template <int D>
 VectorField<D> make_vector_field(const std::vector<Expression>& expressions)
 {

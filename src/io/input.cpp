@@ -210,11 +210,12 @@ const Section<BoundaryInput>& boundary_section()
                 .what = "one face or a list of them; or else region, body or, for a wall, normal and point", .choices = kFaces}},
             {&BoundaryInput::body, {.name = "body",
                 .what = "name of a [[body]] that moves as given: a grip or a punch. All nodes that its particles reach are held, up to "
-                        "a cell around it"}},
+                        "a cell around it: forces are best where its faces are on nodes, and jump in the step in which it leaves one"}},
             {&BoundaryInput::type, {.name = "type",
                 .what = "fixed: zero velocity; symmetry: a plane of symmetry, zero velocity across it in both directions, so that "
-                        "bodies do not leave it (a floor is a wall); wall: a rigid half-space that bodies cannot enter but may "
-                        "leave, and slide along with friction; velocity: prescribed by value, "
+                        "bodies do not leave it (a floor is a wall); wall: a rigid half-space that pushes and lets go, with friction; it acts "
+                        "on the nodes in it, so contact begins up to a cell early, and a body is up to a cell deep in a wall that moves "
+                        "into it (to press by a given way, use a body); velocity: prescribed by value, "
                         "and particles nearby receive the velocity increment of the nodes (so value 0 differs from fixed, "
                         "which gives them no increment); displacement: the same, with the velocity that follows from value; "
                         "periodic: both faces of the axis are one; free: no condition",
@@ -223,10 +224,10 @@ const Section<BoundaryInput>& boundary_section()
                 .what = "coordinate of the plane; a plane between nodes acts from the first node beyond", .unit = "m",
                 .default_text = "the face of the grid"}},
             {&BoundaryInput::normal, {.name = "normal",
-                .what = "direction out of a wall at any angle, in place of face", .per_axis = true}},
+                .what = "direction out of a wall at any angle, towards the bodies, in place of face", .per_axis = true}},
             {&BoundaryInput::point, {.name = "point", .what = "a point on a wall with a normal", .unit = "m", .per_axis = true}},
             {&BoundaryInput::friction, {.name = "friction",
-                .what = "Coulomb's coefficient of friction of a wall", .default_text = "0", .min = 0}},
+                .what = "Coulomb's coefficient of friction of a wall; round bodies on coarse grids resist rolling, because they touch along a cell", .default_text = "0", .min = 0}},
             {&BoundaryInput::value, {.name = "value",
                 .what = "type velocity: velocity per axis; type displacement: displacement per axis since t = 0, m, a function of t; "
                         "\"free\" leaves an axis alone. Type wall: its velocity, a function of t; the wall moves with it",
@@ -754,6 +755,9 @@ void settle_name(T& in, const char* kind, std::size_t k)
 {
     if (!in.has("name")) in.name = fmt::format("{}_{}", kind, k);
     if (!is_plain_name(in.name, "")) in.fail("name", "must consist of letters, digits and _, because it is part of columns");
+    for (const char* taken : {"boundary", "traction", "body_force"})  // their sums are columns too
+        if (in.name == taken)
+            in.fail("name", fmt::format("\"{0}\" is taken: history.csv has a column {0}_work; choose another", taken));
 }
 
 /// Exactly one key says where a boundary acts.
@@ -800,11 +804,22 @@ void validate_boundary(BoundaryInput& in, std::size_t k, const CaseInput& c)
     if (has_motion && in.value.empty()) in.fail("value", fmt::format("is missing; type \"{}\" needs it per axis", in.type));
     if (!has_motion && !is_wall && !in.value.empty())
         in.fail("value", fmt::format("has no meaning for the type \"{}\"; remove it", in.type));
+    bool holds_any = in.value.empty();
     for (const Expression& e : in.value) {
         const bool is_free = e.value == decltype(e.value){"free"};
         if (is_free && is_wall) fail(e.place, e.key, "\"free\" has no meaning for a wall; give its velocity, 0 if it rests");
-        if (!is_free) make_field(e);
+        if (is_free) continue;
+        holds_any         = true;
+        const Field value = make_field(e);
+        if ((is_wall || in.type == "displacement") && !depends_on_time_alone(e))
+            fail(e.place, e.key,
+                 is_wall ? "must be a function of t alone: a wall is rigid"
+                         : "must be a function of t alone: all nodes move alike; for motions that depend on the place use type "
+                           "\"velocity\", such as [\"-w*y\", \"w*x\"] for a rotation");
+        if (const double start = value({{}, {}, 0.0}); in.type == "displacement" && std::fabs(start) > 1e-12)
+            fail(e.place, e.key, fmt::format("is {} at t = 0, and must be 0 there: it counts from the start", start));
     }
+    if (!holds_any) in.fail("value", "leaves all axes free, so it holds nothing; remove the boundary");
 }
 
 void validate_traction(TractionInput& in, std::size_t k, int dim, const std::vector<BodyInput>& bodies)

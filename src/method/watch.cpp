@@ -23,13 +23,23 @@ void Watch<D>::start(const State<D>& s)
 {
     const Totals e = totals(model_, s.particles);
     energies_      = {e.total_energy(), e.potential};
+    find_least(s.particles);
 }
 
 template <int D>
-void Watch<D>::resume(const std::vector<double>& energies)
+void Watch<D>::resume(const std::vector<double>& energies, const State<D>& s)
 {
     if (energies.size() != energies_.size()) throw InputError("the checkpoint lacks the energies of the watch");
     std::copy(energies.begin(), energies.end(), energies_.begin());
+    find_least(s.particles);
+}
+
+/// The energy of a strain of 1e-6 in all bodies.
+template <int D>
+void Watch<D>::find_least(const Particles<D>& p)
+{
+    least_ = 0.0;
+    for (int i = 0; i < p.count; ++i) least_ += 1e-12 * p.V0[i] * model_.materials[p.material[i]].p_wave_modulus();
 }
 
 template <int D>
@@ -78,7 +88,7 @@ void Watch<D>::look_for_growth(const State<D>& s)
         energies_[k + 2] = std::max(energies_[k + 2], std::fabs(exchanged[k]));
         all += energies_[k + 2];
     }
-    if (!(all > 0) || growth <= spec_.energy_growth * all) return;
+    if (!(all > 0) || !(growth > spec_.energy_growth * all + least_)) return;
     find(WatchSpec::energy,
          fmt::format(
              "step {}, t = {:.6g} s: the method has added {:.4g} J, more than {:.3g} (watch.energy_growth) of the {:.4g} J "
@@ -86,7 +96,7 @@ void Watch<D>::look_for_growth(const State<D>& s)
              s.n, s.t, growth, spec_.energy_growth, all, fastest_particle(s), remedy_for_growth()));
 }
 
-/// What to choose instead.
+/// What to choose instead, other than what is chosen.
 template <int D>
 std::string Watch<D>::remedy_for_growth() const
 {
@@ -95,7 +105,10 @@ std::string Watch<D>::remedy_for_growth() const
     if (fits || m.quadrature != Quadrature::particle)
         return "least squares and fits in cells gain energy in impacts and at free surfaces: use cpdi1 or bscpdi2 there "
                "(docs/which-method.md), or a smaller time step";
-    return "a smaller time step, scheme = \"musl\" or a method with particle domains (cpdi1) may help";
+    std::string more;
+    if (m.domain == Domain::point) more += " or a method with particle domains (cpdi1)";
+    if (m.scheme != TimeScheme::usl) more += " or scheme = \"usl\"";
+    return "a smaller time step" + more + " may help; a jump in the motion of a boundary or in a force does it too";
 }
 
 /// Points whose distance along the largest stretch has grown to a cell no longer share nodes: the body tears there.

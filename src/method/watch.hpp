@@ -18,7 +18,8 @@ struct WatchSpec {
 
     std::array<bool, count> is_fatal{true, false, false, false};
     /// By how much energy may grow that nothing has given, as a fraction of all energy that was there or was exchanged: kinetic and
-    /// strain energy at the start, and the largest changes since by gravity, boundaries, tractions and body forces.
+    /// strain energy at the start, and the largest changes since by gravity, boundaries, tractions and body forces. Energies of strains
+    /// below 1e-6 do not count: what is left of them may be round-off.
     double energy_growth = 1.0;
 };
 
@@ -33,7 +34,7 @@ class Watch {
 
     /// Stores the initial energy, or continues from `energies()`.
     void start(const State<D>& s);
-    void resume(const std::vector<double>& energies);
+    void resume(const std::vector<double>& energies, const State<D>& s);
 
     /// `before_step` is for steps whose size the user gave, `after_step` for all. Both throw NumericalError.
     void before_step(const State<D>& s, double dt);
@@ -47,6 +48,7 @@ class Watch {
     const std::array<double, 6>& energies() const { return energies_; }
 
   private:
+    void find_least(const Particles<D>& p);
     void look_for_growth(const State<D>& s);
     std::string remedy_for_growth() const;
     void look_for_gaps(const State<D>& s);
@@ -57,6 +59,7 @@ class Watch {
     WatchSpec spec_;
     std::function<void(const std::string&)> warn_;
     std::array<double, 6> energies_{};
+    double least_ = 0.0;  ///< energies below it do not count, J
     std::array<long, WatchSpec::count> found_{};
 };
 

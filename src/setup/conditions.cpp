@@ -93,6 +93,20 @@ Wall<D> wall_of(const BoundarySpec<D>& b, int k, const Model<D>& model)
 }
 
 template <int D>
+void require_region(const Region<D>& region, int k)
+{
+    if (const auto* box = std::get_if<Bounds<D>>(&region))
+        for (int a = 0; a < D; ++a)
+            if (!(box->lower[a] < box->upper[a]))
+                fail(k, "region",
+                     fmt::format("has lower {} and upper {} along {}; lower must be smaller", box->lower[a], box->upper[a],
+                                 "xyz"[a]));
+    if (const auto* tube = std::get_if<Tube<D>>(&region); tube && !(tube->inner < tube->outer))
+        fail(k, "region",
+             fmt::format("has the inner radius {} and the radius {}; the inner must be smaller", tube->inner, tube->outer));
+}
+
+template <int D>
 void require_place(const BoundarySpec<D>& b, int k, const CaseSpec<D>& spec)
 {
     const bool has_motion = b.type == FaceType::velocity || b.type == FaceType::displacement;
@@ -100,6 +114,7 @@ void require_place(const BoundarySpec<D>& b, int k, const CaseSpec<D>& spec)
         fail(k, "type", "with a region or a body must be \"fixed\", \"velocity\" or \"displacement\"");
     if (b.body && !(*b.body >= 0 && *b.body < static_cast<int>(spec.bodies.size())))
         fail(k, "body", fmt::format("there is no body {}", *b.body));
+    if (b.region) require_region(*b.region, k);
     if (!b.is_on_plane()) return;
     if (!(b.axis >= 0 && b.axis < D)) fail(k, "face", fmt::format("axis {} does not exist in {}D", b.axis, D));
     if (!b.at) return;

@@ -118,11 +118,15 @@ void note_bodies_that_stick(const CaseSpec<D>& spec, const std::vector<Seed<D>>&
                 if (next[a] < 0 || next[a] >= model.cells[a]) return;
             if (const auto it = owner.find(cells.number(next)); it != owner.end()) meet(own, it->second);
         });
+    auto is_driven = [&](int k) {  // a grip or a punch is meant to stick
+        return std::any_of(spec.boundaries.begin(), spec.boundaries.end(), [&](const auto& b) { return b.body == k; });
+    };
     for (const auto& [one, other] : pairs)
-        notes.push_back(
-            fmt::format("bodies \"{}\" and \"{}\" are closer than a cell: they stick together like one body, also where they "
-                        "should slide or part, because there is no contact between bodies yet",
-                        spec.bodies[one].name, spec.bodies[other].name));
+        if (!is_driven(one) && !is_driven(other))
+            notes.push_back(
+                fmt::format("bodies \"{}\" and \"{}\" are closer than a cell: they stick together like one body, also where they "
+                            "should slide or part, because there is no contact between bodies yet",
+                            spec.bodies[one].name, spec.bodies[other].name));
 }
 
 }  // namespace

@@ -59,6 +59,23 @@ class Collision(unittest.TestCase):
                 self.check("two-balls", preset)
 
 
+class Boundaries(unittest.TestCase):
+    def test_oedometer(self):
+        seen, _, _ = run_case(self, "oedometer")
+        l, lame, mu = 0.7, 0.3e6 / (1.3 * 0.4), 1e6 / 2.6
+        force = 0.4 * (lame * numpy.log(l) + mu * (l**2 - 1)) / l
+        self.assertAlmostEqual(seen["press_force_y"][-1] / force, 1, delta=0.005)
+        self.assertAlmostEqual(seen["floor_force_y"][-1] / force, -1, delta=0.005)
+        self.assertAlmostEqual(seen["press_work"][-1] / 15161, -1, delta=0.03)
+
+    def test_incline(self):
+        seen, _, _ = run_case(self, "incline")
+        down, push = 10 * (0.5 - 0.3 * 3**0.5 / 2), 80 * 10 * 3**0.5 / 2
+        way = numpy.hypot(seen["momentum_x"], seen["momentum_y"])[-1] / seen["mass"][0]
+        self.assertAlmostEqual(way / down, 1, delta=0.01)
+        self.assertAlmostEqual(seen["plane_work"][-1] / (0.3 * push * down / 2), 1, delta=0.01)
+
+
 class Rebound(unittest.TestCase):
     """A disk between two frictionless walls: Tran et al. (2019), sec. 4.6."""
 

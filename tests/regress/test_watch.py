@@ -68,6 +68,11 @@ class Watch(InTemporaryDirectory):
             with self.subTest(preset):
                 self.run_good(case, "--overwrite", "--set", f"method.preset={preset}")
 
+    def test_round_off_is_no_growth(self):
+        """A stiff block at rest, with a load that begins at 0: round-off of the strain energy is far above what was given yet."""
+        stiff = edit(CASE, ("young = 1000.0", "young = 1e9"), ("dt = 0.001", "cfl = 0.4"), ("end = 0.01", "end = 1e-3"))
+        self.run_good(self.write("case.toml", stiff + 'body_force = ["1e-3*t", 0]\n'), "--output", "out")
+
     def test_work_is_no_growth(self):
         """A block that a plane pushes, a pressure presses and a force drives gains what these give, and no more."""
         self.write("case.toml", WORKED)
