@@ -87,12 +87,12 @@ template <int D>
 void Writer<D>::start_files()
 {
     directory_.remove(directory_.files());
-    history_ =
-        LineFile(directory_.file("history.csv"),
-                 "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy,"
-                 "projection_mass_before,projection_mass_after,projection_momentum_x_before,projection_momentum_y_before,"
-                 "projection_momentum_z_before,projection_momentum_x_after,projection_momentum_y_after,"
-                 "projection_momentum_z_after,dropped_pivots,fallback_nodes");
+    history_ = LineFile(directory_.file("history.csv"),
+                        "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_"
+                        "energy,dissipated_energy,"
+                        "projection_mass_before,projection_mass_after,projection_momentum_x_before,projection_momentum_y_before,"
+                        "projection_momentum_z_before,projection_momentum_x_after,projection_momentum_y_after,"
+                        "projection_momentum_z_after,dropped_pivots,fallback_nodes");
     make_probes();
     for (std::size_t k = 0; k < probes_.size(); ++k) {
         std::string header = "time";
@@ -208,9 +208,9 @@ void Writer<D>::row(State<D>& s)
     written_.row_step         = s.n;
     const Totals e            = totals(model_, s.particles);
     const ProjectionReport& p = s.projection;
-    history_.add(fmt::format("{},{},{}{},{},{},{},{},{},{}{}{},{},{}", s.t, s.dt_prev, e.mass, values(e.momentum),
-                             e.kinetic_energy, e.strain_energy, e.total_energy(), e.potential, p.mass_before, p.mass_after,
-                             values(p.momentum_before), values(p.momentum_after), p.fit.dropped, p.fit.fallback));
+    history_.add(fmt::format("{},{},{}{},{},{},{},{},{},{},{}{}{},{},{}", s.t, s.dt_prev, e.mass, values(e.momentum),
+                             e.kinetic_energy, e.strain_energy, e.total_energy(), e.potential, e.dissipated, p.mass_before,
+                             p.mass_after, values(p.momentum_before), values(p.momentum_after), p.fit.dropped, p.fit.fallback));
     for (std::size_t k = 0; k < bodies_.size(); ++k) {
         const BodyTotals b = totals_of_body(model_, s.particles, static_cast<int>(k));
         bodies_[k].add(fmt::format("{},{}{}{}{},{},{},{}", s.t, b.mass, values(b.center), values(b.momentum), values(b.spin),

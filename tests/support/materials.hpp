@@ -1,0 +1,35 @@
+// Materials for tests: numbers for each law that needs more than elastic constants.
+#pragma once
+
+#include "io/input.hpp"
+#include "material/material.hpp"
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace ordo::test {
+
+/// A material from settings of [[material]], such as "yield=10".
+inline Material material_of(const std::string& law, const std::vector<std::string>& settings, int dim = 3)
+{
+    return io::read_material(law, settings, dim).second;
+}
+
+/// Settings with which a law is inelastic at strains of some percent.
+inline const std::vector<std::string>& sample_settings(std::string_view law)
+{
+    static const std::map<std::string, std::vector<std::string>, std::less<>> all{
+        {"j2", {"young=1000", "poisson=0.3", "yield=30", "hardening=20", "saturation=45", "saturation_rate=8"}},
+        {"linear-rate-1d", {"young=1000"}},
+    };
+    static const std::vector<std::string> elastic{"young=1000", "poisson=0.3"};
+    const auto found = all.find(law);
+    return found == all.end() ? elastic : found->second;
+}
+inline Material sample_material(std::string_view law, int dim = 3)
+{
+    return material_of(std::string(law), sample_settings(law), dim);
+}
+
+}  // namespace ordo::test
