@@ -48,6 +48,12 @@ HALF = body("shape = 'box'\nlower = 0.0\nupper = 0.5\n")
 BOXES = body("shape = 'box'\nlower = 0.0\nupper = 0.5\n[[body]]\nmaterial = 'rubber'\nshape = 'box'\nlower = 0.75\nupper = 1.0\n")
 WALLS = "[[boundary]]\nface = ['x-min', 'x-max', 'y-min', 'y-max']\ntype = 'fixed'\n"
 
+
+def law(model, *lines):
+    """The model and its parameters in the place of the elastic material."""
+    return (ELASTIC, "model = '" + model + "'\n" + ELASTIC + "".join(line + "\n" for line in lines))
+
+
 # name, changes of the case, key that the message names, what else it says (the remedy)
 CASE_FAULTS = [
     # keys and tables
@@ -119,6 +125,17 @@ CASE_FAULTS = [
     ("mixed pair", [("[[material]]", "@[[material]]"), ("poisson = 0.3", "mu = 1")], "material[0]", "(got young, mu)"),
     ("negative bulk modulus", [(ELASTIC, "lambda = @-1\nmu = 1\n")], "material[0].lambda", "bulk modulus"),
     ("linear-rate-1d in 2D", [(ELASTIC, "model = @'linear-rate-1d'\nyoung = 1\n")], "material[0].model", "1D only"),
+    # parameters of laws
+    ("yield of an elastic law", [(ELASTIC, ELASTIC + "yield = @1\n")], "material[0].yield", "is not a parameter of neo-hookean; remove it"),
+    ("no yield stress", [(ELASTIC, "model = @'j2'\n" + ELASTIC)], "material[0].model", "j2 needs yield (yield stress in tension, Pa)"),
+    ("negative yield stress", [law("j2", "yield = @-1")], "material[0].yield", "must be positive"),
+    ("yield stress that is no number", [law("j2", "yield = @'high'")], "material[0].yield", "must be a number"),
+    ("softening without a solution", [law("j2", "yield = 1", "hardening = @-1200")], "material[0].hardening", "above -3 times the shear modulus"),
+    ("negative rate of saturation", [law("j2", "yield = 1", "saturation_rate = @-1")], "material[0].saturation_rate", "zero or positive"),
+    ("saturation that falls too fast", [law("j2", "yield = 1", "saturation = 0.5", "saturation_rate = @3000")], "material[0].saturation_rate", "take a smaller one"),
+    ("j2 without elastic constants", [(ELASTIC, "model = @'j2'\nyield = 1\n")], "material[0].model", "young and poisson, lambda and mu, or bulk and shear (got none)"),
+    ("field of another dimension", [law("j2", "yield = 1"), "[output]\nfields = @['elastic_b_yz']\n"], "output.fields", "no material of the case carries"),
+    ("elastic-plastic splines", [law("j2", "yield = 1"), WHOLE, "[method]\npreset = @'spline4'\n", WALLS], "method.preset", "takes no material with history"),
     ("linear-rate-1d with poisson", [DIM_1, (ELASTIC, "model = @'linear-rate-1d'\n" + ELASTIC)], "material[0].model", "takes young alone"),
     # names and choices
     ("unknown preset", ["[method]\npreset = @'cpdi'\n"], "method.preset", 'Did you mean "cpdi1"?'),

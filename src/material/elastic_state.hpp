@@ -1,0 +1,85 @@
+// What laws that carry the elastic left Cauchy-Green tensor b_e share: its history columns, Hencky's elasticity, and the return
+// map of yield surfaces that are circles in the deviatoric plane.
+#pragma once
+
+#include "material/hencky.hpp"
+#include "material/law.hpp"
+
+namespace ordo {
+
+/// The columns of b_e, which follow those of the law itself.
+inline constexpr std::array kElasticColumns{HistoryColumn{"elastic_b_xx", "xx of the elastic left Cauchy-Green tensor", 1.0, 1},
+                                            HistoryColumn{"elastic_b_yy", "yy of the elastic left Cauchy-Green tensor", 1.0, 1},
+                                            HistoryColumn{"elastic_b_zz", "zz of the elastic left Cauchy-Green tensor", 1.0, 1},
+                                            HistoryColumn{"elastic_b_xy", "xy of the elastic left Cauchy-Green tensor", 0.0, 2},
+                                            HistoryColumn{"elastic_b_yz", "yz of the elastic left Cauchy-Green tensor", 0.0, 3},
+                                            HistoryColumn{"elastic_b_zx", "zx of the elastic left Cauchy-Green tensor", 0.0, 3}};
+
+inline constexpr HistoryColumn kPlasticStrain{"plastic_strain", "equivalent plastic strain"};
+inline constexpr HistoryColumn kDissipated{"dissipated", "energy lost to heat per initial volume, J/m^3"};
+
+/// Columns of a law, then those of b_e.
+template <std::size_t N>
+constexpr std::array<HistoryColumn, N + 6> with_elastic_columns(const std::array<HistoryColumn, N>& own)
+{
+    std::array<HistoryColumn, N + 6> r{};
+    for (std::size_t k = 0; k < N + 6; ++k) r[k] = k < N ? own[k] : kElasticColumns[k - N];
+    return r;
+}
+
+/// Hencky's elasticity: psi = K theta^2/2 + G |dev eps|^2 per initial volume, so that the Kirchhoff stress is
+/// tau = K theta I + 2 G dev eps with the logarithmic elastic strain eps (Simo 1992, CMAME 99:61).
+struct HenckyElasticity {
+    double bulk, shear;  ///< Pa
+
+    template <int D, class T>
+    ORDO_FLAT Symmetric<D, T> kirchhoff(const HenckyStrain<D, T>& e) const
+    {
+        return T(2 * shear) * e.dev + isotropic<D>(T(bulk) * e.theta);
+    }
+    template <int D, class T>
+    ORDO_FLAT T energy(const HenckyStrain<D, T>& e) const
+    {
+        return T(bulk / 2) * e.theta * e.theta + T(shear) * square(e.dev);
+    }
+};
+
+/// sigma = tau/J.
+template <int D, class T>
+ORDO_FLAT Stress<D, T> cauchy_of(const Symmetric<D, T>& tau, const Mat<D, T>& F)
+{
+    return tau * (T(1.0) / det(F));
+}
+
+/// How a return map changes a trial strain: dev eps = ratio dev eps_tr, theta = theta_tr + closing - d_theta.
+template <class T>
+struct RadialReturn {
+    T plastic;         ///< positive where the strain changes
+    T ratio, d_theta;  ///< plastic flow
+    T closing{};       ///< of gaps, without stress
+};
+
+/// The step of a law with `elastic` and a return map `map(trial strain) -> RadialReturn`. b_e is at `b`, the sum of what is
+/// dissipated at `dissipated`. Backward Euler with the exponential map: b_e = exp(-lambda N) b_tr exp(-lambda N), so the
+/// logarithmic strains obey the return map of small strains (Simo 1992; de Souza Neto, Peric & Owen 2008, ch. 14). What is
+/// dissipated is tau : (eps_tr - eps), at the end of the step.
+template <int D, class T, class Elastic, class Map>
+ORDO_FLAT Stress<D, T> step_radially(const Step<D, T>& step, const Elastic& elastic, T* b, T& dissipated, Map&& map)
+{
+    const Symmetric<D, T> trial    = pushed(step.G, read_symmetric<D>(b));
+    const HenckyStrain<D, T> start = hencky_strain(trial);
+    const RadialReturn<T> r        = map(start);
+    HenckyStrain<D, T> end         = start;
+    if (any_positive(r.plastic)) {
+        end = {start.theta + r.closing - r.d_theta, r.ratio * start.dev};
+        write_symmetric(choose(r.plastic, stretched(end), trial), b);
+        const Symmetric<D, T> tau = elastic.kirchhoff(end);
+        const T work              = (T(1.0) - r.ratio) * ddot(tau, start.dev) + trace(tau) * T(1.0 / 3) * r.d_theta;
+        dissipated += choose(r.plastic, work, T(0.0));
+        return cauchy_of(tau, step.F);
+    }
+    write_symmetric(trial, b);
+    return cauchy_of(elastic.kirchhoff(end), step.F);
+}
+
+}  // namespace ordo
