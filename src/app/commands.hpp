@@ -6,7 +6,14 @@
 #include <utility>
 #include <vector>
 
+namespace CLI {
+class App;
+}  // namespace CLI
+
 namespace ordo::app {
+
+/// Adds the command `drive`; running it sets the exit code.
+void add_drive(CLI::App& cli, int& result);
 
 struct RunOptions {
     std::string file;

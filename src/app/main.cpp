@@ -175,6 +175,7 @@ int dispatch(int argc, char** argv)
     add_list(cli, line);
     add_verify(cli, line);
     add_bench(cli, line);
+    app::add_drive(cli, line.result);
 
     if (argc > 1 && argv[1][0] != '-') require_known_command(cli, argv[1]);
     try {
