@@ -136,8 +136,9 @@ KeyInfo key_of(const LawParameter& p, const LawRow& law)
                  .unit         = std::string(p.unit),
                  .default_text = default_text(p),
                  .open_min     = p.open_min};
-    if (p.min > -all) info.min = p.min;
-    if (p.max < all) info.max = p.max;
+    const bool is_number = p.kind == ParameterKind::number || p.kind == ParameterKind::numbers;
+    if (is_number && p.min > -all) info.min = p.min;
+    if (is_number && p.max < all) info.max = p.max;
     for (const std::string_view& choice : p.choices)
         if (!choice.empty()) info.choices.emplace_back(choice);
     return info;

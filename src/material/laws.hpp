@@ -2,6 +2,7 @@
 // it (laws.cpp, kernels/stress.cpp, verification/any_law.cpp).
 #pragma once
 
+#include "material/drucker_prager.hpp"
 #include "material/j2.hpp"
 #include "material/jaumann_elastic.hpp"
 #include "material/linear_rate_1d.hpp"
@@ -16,7 +17,7 @@ namespace ordo {
 template <Law... L>
 struct LawList {};
 
-using Laws = LawList<NeoHookean, StVenantKirchhoff, JaumannElastic, LinearRate1D, J2
+using Laws = LawList<NeoHookean, StVenantKirchhoff, JaumannElastic, LinearRate1D, J2, DruckerPrager
 #if defined(ORDO_OWN_LAW)
                      ,
                      OwnLaw

@@ -122,7 +122,7 @@ inline Comparison compare(const Material& m, const RateLawOf& law, const RateSta
         r.worst            = std::max(r.worst, error);
         const double work  = 2 * fine.dissipated - coarse.dissipated;
         r.worst_work =
-            std::max(r.worst_work, std::fabs(work - exact.dissipated) / std::max(1e-3 * fine.largest, exact.dissipated));
+            std::max(r.worst_work, std::fabs(work - exact.dissipated) / std::max(1e-2 * fine.largest, exact.dissipated));
         r.with_events += reference.events > 0;
         const double e1 = distance(coarse.tau, wanted), e2 = distance(fine.tau, wanted);
         if (e1 > 1e-9 * fine.largest) ratio += std::log2(e1 / e2), ++ratios;

@@ -1,5 +1,6 @@
 // Laws with plastic flow: closed forms, and each law against an integration of its rate equations by another method
 // (support/rate_equations.hpp).
+#include "material/drucker_prager.hpp"
 #include "support/driven.hpp"
 
 #include <gtest/gtest.h>
@@ -34,17 +35,19 @@ RateLawOf rates_of_j2(const Material& m)
 
 TEST(J2, AgreesWithItsRateEquations)
 {
+    int paths = 200;
     for (const std::vector<std::string>& hardening :
          {std::vector<std::string>{"hardening=60"}, {"hardening=10", "saturation=160", "saturation_rate=6"}, {"hardening=-30"}}) {
         std::vector<std::string> settings{"young=1000", "poisson=0.3", "yield=100"};
         settings.insert(settings.end(), hardening.begin(), hardening.end());
         const Material m   = material_of("j2", settings);
         const Comparison c = compare(
-            m, rates_of_j2(m), {}, [](Random& r) { return random_path(r, 0.3); }, 1000, 200);
+            m, rates_of_j2(m), {}, [](Random& r) { return random_path(r, 0.3); }, 1000, 200, 1.0, paths);
         EXPECT_LT(c.worst, 1e-6);
         EXPECT_LT(c.worst_work, 1e-5);
         EXPECT_NEAR(c.order, 1, 0.1);
-        EXPECT_GT(c.with_events, 150);
+        EXPECT_GT(c.with_events, 0.75 * paths);
+        paths = 50;  // of the next settings
     }
 }
 
@@ -144,6 +147,151 @@ TEST(J2, SofteningEndsAtZero)
     for (int k = 1; k <= 10; ++k) point.step({{{1, 0.2 * k}, {0, 1}}});
     EXPECT_NEAR(square(deviator(point.kirchhoff())), 0, 1e-20);
     EXPECT_GT(point.column("plastic_strain"), 0.25);
+}
+
+// ---- Drucker-Prager -------------------------------------------------------------------------------------------------------
+
+RateLawOf rates_of_drucker_prager(const Material& m)
+{
+    using P          = DruckerPrager;
+    const auto& p    = m.parameters;
+    const double eta = p[P::kEta], eta_flow = p[P::kEtaFlow], xi = p[P::kXi], c0 = p[P::kCohesion], H = p[P::kHardening];
+    const double K = m.bulk_modulus(), G = m.mu;
+    const auto stress = hencky_stress(m);
+    auto root_J2      = [](const Tensor& tau) { return dev_of(tau).norm() / std::sqrt(2.0); };
+    return {.stress = stress,
+            .yield =
+                [=](const RateState& s) {
+                    const Tensor tau = stress(s);
+                    return root_J2(tau) + eta * tau.trace() / 3 - xi * (c0 + H * s.inner[0]);
+                },
+            .flow =
+                [=](const RateState& s, const Tensor& d) {
+                    const Tensor tau = stress(s), along = dev_of(tau) / (2 * root_J2(tau));
+                    RateFlow f{.gamma = (2 * G * inner(along, d) + K * eta * d.trace()) / (G + K * eta * eta_flow + xi * xi * H),
+                               .N     = along + eta_flow / 3 * Tensor::Identity()};
+                    f.inner[0] = xi;
+                    return f;
+                }};
+}
+
+/// On the cone: paths that compress, so that none reaches the apex.
+TEST(DruckerPrager, AgreesWithItsRateEquations)
+{
+    int paths = 200;
+    for (const auto& more : {std::vector<std::string>{"friction_angle=30", "dilation_angle=10", "cohesion=30", "hardening=40"},
+                             {"friction_angle=25", "dilation_angle=25", "cohesion=50", "fit=inner"},
+                             {"eta=0.4", "eta_flow=0", "xi=1.1", "cohesion=50", "hardening=-20"}}) {
+        std::vector<std::string> settings{"young=1000", "poisson=0.25"};
+        settings.insert(settings.end(), more.begin(), more.end());
+        const Material m   = material_of("drucker-prager", settings);
+        const Comparison c = compare(
+            m, rates_of_drucker_prager(m), {}, [](Random& r) { return random_path(r, 0.3, 0.1, 0.04); }, 1000, 200, 1.0, paths);
+        EXPECT_LT(c.worst, 1e-6);
+        EXPECT_LT(c.worst_work, 1e-5);
+        EXPECT_NEAR(c.order, 1, 0.1);
+        EXPECT_GT(c.with_events, 0.75 * paths);
+        paths = 50;  // of the next settings
+    }
+}
+
+/// Uniaxial compression: yields at e_y = xi c/(2G/sqrt 3 - eta K), then lambda grows linearly, in any number of steps.
+TEST(DruckerPrager, Oedometer)
+{
+    const Material m = material_of(
+        "drucker-prager", {"young=1000", "poisson=0.2", "eta=0.3", "eta_flow=0.1", "xi=1.2", "cohesion=10", "hardening=15"});
+    const double G = m.mu, K = m.bulk_modulus(), eta = 0.3, eta_flow = 0.1, xi = 1.2, c = 10, H = 15, e = 0.2;
+    const double e_y    = xi * c / (2 * G / std::sqrt(3.0) - eta * K);
+    const double lambda = (2 * G / std::sqrt(3.0) - eta * K) * (e - e_y) / (G + K * eta * eta_flow + xi * xi * H);
+    ASSERT_GT(lambda, 0);
+    for (const int steps : {1, 6}) {
+        Driven<3> point(m);
+        for (int k = 1; k <= steps; ++k) point.step({{{std::exp(-e * k / steps), 0, 0}, {0, 1, 0}, {0, 0, 1}}});
+        EXPECT_NEAR(point.column("plastic_strain"), xi * lambda, 1e-13);
+        const double P = K * (-e - eta_flow * lambda), root_J2 = 2 * G / std::sqrt(3.0) * e - G * lambda;
+        EXPECT_NEAR(point.kirchhoff()(0, 0), P - 2 / std::sqrt(3.0) * root_J2, 1e-11);
+        EXPECT_NEAR(point.kirchhoff()(2, 2), P + 1 / std::sqrt(3.0) * root_J2, 1e-11);
+        EXPECT_NEAR(root_J2 + eta * P, xi * (c + H * xi * lambda), 1e-11);
+    }
+}
+
+/// Extension goes to the apex: P = xi c/eta, alpha = (xi/eta_flow) of the plastic volume strain. With shear it does too.
+TEST(DruckerPrager, Apex)
+{
+    const Material m =
+        material_of("drucker-prager", {"young=1000", "poisson=0.2", "eta=0.3", "eta_flow=0.1", "xi=1.2", "cohesion=10"});
+    const double K = m.bulk_modulus(), J = 1.331;
+    for (const double shear : {0.0, 0.02}) {
+        Driven<3> point(m);
+        point.step({{{1.1, shear, 0}, {0, 1.1, 0}, {0, 0, 1.1}}});
+        const Symmetric<3> tau = point.kirchhoff();
+        EXPECT_NEAR(trace(tau) / 3, 1.2 * 10 / 0.3, 1e-11);
+        EXPECT_NEAR(square(deviator(tau)), 0, 1e-20);
+        EXPECT_NEAR(point.column("plastic_strain"), 1.2 / 0.1 * (std::log(J) - 1.2 * 10 / (0.3 * K)), 1e-12);
+        EXPECT_NEAR(point.column("dissipated"), 1.2 * 10 / 0.3 * (std::log(J) - 1.2 * 10 / (0.3 * K)), 1e-11);
+    }
+    // With hardening the apex moves: K (theta - v) = xi/eta (c + H xi/eta_flow v).
+    const Material hard = material_of(
+        "drucker-prager", {"young=1000", "poisson=0.2", "eta=0.3", "eta_flow=0.1", "xi=1.2", "cohesion=10", "hardening=3"});
+    Driven<3> point(hard);
+    point.step({{{1.1, 0, 0}, {0, 1.1, 0}, {0, 0, 1.1}}});
+    EXPECT_NEAR(trace(point.kirchhoff()) / 3, 1.2 / 0.3 * (10 + 3 * point.column("plastic_strain")), 1e-11);
+    EXPECT_NEAR(trace(point.kirchhoff()) / 3, K * (std::log(J) - 0.1 / 1.2 * point.column("plastic_strain")), 1e-11);
+}
+
+/// Without dilation the apex caps the pressure; the plastic strain there is that of the deviator.
+TEST(DruckerPrager, ApexWithoutDilation)
+{
+    Driven<2> point(
+        material_of("drucker-prager", {"young=1000", "poisson=0.2", "friction_angle=30", "dilation_angle=0", "cohesion=0"}));
+    point.step({{{1.01, 0.02}, {0, 1.01}}});
+    EXPECT_NEAR(square(point.sigma), 0, 1e-20);
+    const HenckyStrain<2> e = hencky_strain(left_cauchy_green(point.F));
+    EXPECT_NEAR(point.column("plastic_strain"), std::sqrt(2.0 / 3 * square(e.dev)), 1e-14);
+    EXPECT_NEAR(point.column("dissipated"), 0, 1e-15);
+}
+
+/// Slopes of the fits at 30 degrees, and the states they meet: the outer cone the Mohr-Coulomb strength of triaxial compression, the
+/// inner one that of extension.
+TEST(DruckerPrager, Fits)
+{
+    const double slopes[3][2] = {{0.692820, 1.2}, {0.494872, 0.857143}, {0.480384, 0.832050}};
+    int k                     = 0;
+    for (const char* fit : {"outer", "inner", "plane-strain"}) {
+        const Material m = material_of("drucker-prager", {"young=1000", "poisson=0.2", "friction_angle=30", "dilation_angle=0",
+                                                          "cohesion=7", std::string("fit=") + fit});
+        EXPECT_NEAR(m.parameters[DruckerPrager::kEta], slopes[k][0], 1e-6);
+        EXPECT_NEAR(m.parameters[DruckerPrager::kXi], slopes[k][1], 1e-6);
+        EXPECT_EQ(m.parameters[DruckerPrager::kEtaFlow], 0);
+        const double s3 = -20, s1 = 3 * s3 - 2 * 7 * std::sqrt(3.0);  // of 30 degrees: s1 = 3 s3 - 2 sqrt(3) c, in compression
+        const bool is_outer = k == 0;
+        const double other = is_outer ? s3 : s1, root_J2 = (s3 - s1) / std::sqrt(3.0), P = (s1 + s3 + other) / 3;
+        if (k < 2) {
+            EXPECT_NEAR(root_J2 + slopes[k][0] * P, slopes[k][1] * 7, 5e-5);
+        }
+        ++k;
+    }
+}
+
+/// Sand that was pulled apart carries no pressure before its gap has closed; without the correction it does.
+TEST(DruckerPrager, VolumeCorrection)
+{
+    for (const bool corrects : {true, false}) {
+        const Material m =
+            material_of("drucker-prager", {"young=1000", "poisson=0.2", "friction_angle=30", "dilation_angle=0", "cohesion=0",
+                                           std::string("volume_correction=") + (corrects ? "true" : "false")});
+        Driven<2> point(m);
+        auto at = [&](double J) { return point.step({{{std::sqrt(J), 0}, {0, std::sqrt(J)}}}); };
+        at(1.1);
+        at(1.2);
+        EXPECT_EQ(square(point.sigma), 0);
+        EXPECT_NEAR(point.column("gap"), corrects ? std::log(1.2) : 0, 1e-15);
+        const double half = trace(at(1.1)) / 3 * 1.1;
+        EXPECT_NEAR(half, corrects ? 0 : m.bulk_modulus() * std::log(1.1 / 1.2), 1e-10);
+        const double closed = trace(at(0.98)) / 3 * 0.98;
+        EXPECT_NEAR(closed, m.bulk_modulus() * std::log(0.98 / (corrects ? 1.0 : 1.2)), 1e-10);
+        EXPECT_NEAR(point.column("gap"), 0, 1e-15);
+    }
 }
 
 }  // namespace
