@@ -3,6 +3,7 @@
 #pragma once
 
 #include "material/drucker_prager.hpp"
+#include "material/fluid.hpp"
 #include "material/j2.hpp"
 #include "material/jaumann_elastic.hpp"
 #include "material/linear_rate_1d.hpp"
@@ -17,7 +18,7 @@ namespace ordo {
 template <Law... L>
 struct LawList {};
 
-using Laws = LawList<NeoHookean, StVenantKirchhoff, JaumannElastic, LinearRate1D, J2, DruckerPrager
+using Laws = LawList<NeoHookean, StVenantKirchhoff, JaumannElastic, LinearRate1D, J2, DruckerPrager, Fluid
 #if defined(ORDO_OWN_LAW)
                      ,
                      OwnLaw

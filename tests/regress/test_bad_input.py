@@ -54,6 +54,10 @@ def law(model, *lines):
     return (ELASTIC, "model = '" + model + "'\n" + ELASTIC + "".join(line + "\n" for line in lines))
 
 
+def fluid(*lines):
+    return (ELASTIC, "model = 'fluid'\n" + "".join(line + "\n" for line in lines))
+
+
 # name, changes of the case, key that the message names, what else it says (the remedy)
 CASE_FAULTS = [
     # keys and tables
@@ -128,7 +132,7 @@ CASE_FAULTS = [
     # parameters of laws
     ("yield of an elastic law", [(ELASTIC, ELASTIC + "yield = @1\n")], "material[0].yield", "is not a parameter of neo-hookean; remove it"),
     ("no yield stress", [(ELASTIC, "model = @'j2'\n" + ELASTIC)], "material[0].model", "j2 needs yield (yield stress in tension, Pa)"),
-    ("negative yield stress", [law("j2", "yield = @-1")], "material[0].yield", "must be positive"),
+    ("negative yield stress", [law("j2", "yield = @-1")], "material[0].yield", "positive"),
     ("yield stress that is no number", [law("j2", "yield = @'high'")], "material[0].yield", "must be a number"),
     ("softening without a solution", [law("j2", "yield = 1", "hardening = @-1200")], "material[0].hardening", "above -3 times the shear modulus"),
     ("negative rate of saturation", [law("j2", "yield = 1", "saturation_rate = @-1")], "material[0].saturation_rate", "zero or positive"),
@@ -146,6 +150,15 @@ CASE_FAULTS = [
     ("softening of the cone without a solution", [law("drucker-prager", "cohesion = 1", "friction_angle = 20", "dilation_angle = 0", "hardening = @-500")], "material[0].hardening", "falls too fast"),
     ("volume correction with cohesion", [law("drucker-prager", "cohesion = 1", "friction_angle = 20", "dilation_angle = 0", "volume_correction = @true")], "material[0].volume_correction", "set cohesion and hardening to 0"),
     ("volume correction that is no flag", [law("drucker-prager", "cohesion = 0", "friction_angle = 20", "dilation_angle = 0", "volume_correction = @1")], "material[0].volume_correction", "must be true or false"),
+    ("fluid with elastic constants", [(ELASTIC, "model = @'fluid'\nsound_speed = 10\n" + ELASTIC)], "material[0].model", "fluid takes no elastic constants but its own (got young, poisson)"),
+    ("fluid without its speed of sound", [(ELASTIC, "model = @'fluid'\n")], "material[0].model", "fluid needs sound_speed"),
+    ("fluid with sound at rest", [fluid("sound_speed = @0")], "material[0].sound_speed", "must be positive"),
+    ("Tait's exponent of one", [fluid("sound_speed = 10", "gamma = @1")], "material[0].gamma", "must be above 1"),
+    ("negative viscosity", [fluid("sound_speed = 10", "viscosity = @-1")], "material[0].viscosity", "zero or positive"),
+    ("negative yield stress of a fluid", [fluid("sound_speed = 10", "yield = @-1")], "material[0].yield", "zero or positive"),
+    ("no yield stress in j2", [law("j2", "yield = @0")], "material[0].yield", "must be positive for j2"),
+    ("Bingham without a rate", [fluid("sound_speed = 10", "yield = 1", "critical_rate = @0")], "material[0].critical_rate", "must be positive"),
+    ("tension that is no flag", [fluid("sound_speed = 10", "tension = @'no'")], "material[0].tension", "must be true or false"),
     ("field of another dimension", [law("j2", "yield = 1"), "[output]\nfields = @['elastic_b_yz']\n"], "output.fields", "no material of the case carries"),
     ("elastic-plastic splines", [law("j2", "yield = 1"), WHOLE, "[method]\npreset = @'spline4'\n", WALLS], "method.preset", "takes no material with history"),
     ("linear-rate-1d with poisson", [DIM_1, (ELASTIC, "model = @'linear-rate-1d'\n" + ELASTIC)], "material[0].model", "takes young alone"),
