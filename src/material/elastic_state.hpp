@@ -82,4 +82,42 @@ ORDO_FLAT Stress<D, T> step_radially(const Step<D, T>& step, const Elastic& elas
     return cauchy_of(elastic.kirchhoff(end), step.F);
 }
 
+/// The same for a return map in principal axes, `map(trial tau[3], tau[3])`, which sets tau where the state yields and returns a
+/// number that is positive there. Values D, .. are those across the problem.
+template <int D, class T, class Map>
+ORDO_FLAT Stress<D, T> step_principally(const Step<D, T>& step, const HenckyElasticity& elastic, T* b, T& dissipated, Map&& map)
+{
+    const Symmetric<D, T> trial = pushed(step.G, read_symmetric<D>(b));
+    const Spectrum<D, T> s      = positive_spectrum(trial);
+    T e[3];
+    for (int a = 0; a < 3; ++a) e[a] = T(0.5) * log(s.value[a]);
+    const T theta = e[0] + e[1] + e[2];
+    T start[3], tau[3];
+    for (int a = 0; a < 3; ++a)
+        tau[a] = start[a] = T(2 * elastic.shear) * e[a] + T(elastic.bulk - 2.0 / 3 * elastic.shear) * theta;
+    const T plastic = map(start, tau);
+    if (!any_positive(plastic)) {
+        write_symmetric(trial, b);
+        return cauchy_of(compose(tau, s.axes), step.F);
+    }
+    T work(0.0), value[3];
+    const T mean = (start[0] + start[1] + start[2] - tau[0] - tau[1] - tau[2]) * T(1.0 / 3);
+    for (int a = 0; a < 3; ++a) {  // plastic strains: C^-1 : (tau_tr - tau)
+        const T strain = T(1 / (2 * elastic.shear)) * (start[a] - tau[a] - mean) + T(1 / (3 * elastic.bulk)) * mean;
+        work += tau[a] * strain;
+        value[a] = exp(T(2.0) * (e[a] - strain));
+    }
+    dissipated += choose(plastic, work, T(0.0));
+    write_symmetric(choose(plastic, compose(value, s.axes), trial), b);
+    return cauchy_of(compose(tau, s.axes), step.F);
+}
+
+/// Particles of a scalar, and the number of one of them: for maps with branches, which take one particle after another.
+ORDO_FLAT inline int lanes_of(double) { return 1; }
+ORDO_FLAT inline int lanes_of(const Lanes&) { return 8; }
+ORDO_FLAT inline double lane(double a, int) { return a; }
+ORDO_FLAT inline double lane(const Lanes& a, int k) { return a[k]; }
+ORDO_FLAT inline void set_lane(double& a, int, double value) { a = value; }
+ORDO_FLAT inline void set_lane(Lanes& a, int k, double value) { a[k] = value; }
+
 }  // namespace ordo

@@ -7,6 +7,7 @@
 #include "material/j2.hpp"
 #include "material/jaumann_elastic.hpp"
 #include "material/linear_rate_1d.hpp"
+#include "material/mohr_coulomb.hpp"
 #include "material/neo_hookean.hpp"
 #include "material/st_venant_kirchhoff.hpp"
 #if defined(ORDO_OWN_LAW)
@@ -18,7 +19,7 @@ namespace ordo {
 template <Law... L>
 struct LawList {};
 
-using Laws = LawList<NeoHookean, StVenantKirchhoff, JaumannElastic, LinearRate1D, J2, DruckerPrager, Fluid
+using Laws = LawList<NeoHookean, StVenantKirchhoff, JaumannElastic, LinearRate1D, J2, DruckerPrager, Fluid, MohrCoulomb
 #if defined(ORDO_OWN_LAW)
                      ,
                      OwnLaw

@@ -58,6 +58,12 @@ def fluid(*lines):
     return (ELASTIC, "model = 'fluid'\n" + "".join(line + "\n" for line in lines))
 
 
+def mohr(*lines):
+    """Angles of 30 and 10 degrees and cohesion 3, unless the lines say otherwise."""
+    keys = {line.split(" ")[0] for line in lines}
+    return law("mohr-coulomb", *lines, *(f"{key} = {value}" for key, value in (("friction_angle", 30), ("dilation_angle", 10), ("cohesion", 3)) if key not in keys))
+
+
 # name, changes of the case, key that the message names, what else it says (the remedy)
 CASE_FAULTS = [
     # keys and tables
@@ -139,7 +145,7 @@ CASE_FAULTS = [
     ("saturation that falls too fast", [law("j2", "yield = 1", "saturation = 0.5", "saturation_rate = @3000")], "material[0].saturation_rate", "take a smaller one"),
     ("j2 without elastic constants", [(ELASTIC, "model = @'j2'\nyield = 1\n")], "material[0].model", "young and poisson, lambda and mu, or bulk and shear (got none)"),
     ("friction of 90 degrees", [law("drucker-prager", "cohesion = 1", "friction_angle = @90", "dilation_angle = 0")], "material[0].friction_angle", "at most 89"),
-    ("cone without friction", [law("drucker-prager", "cohesion = 1", "friction_angle = @0", "dilation_angle = 0")], "material[0].friction_angle", "must be above 0"),
+    ("cone without friction", [law("drucker-prager", "cohesion = 1", "friction_angle = @0", "dilation_angle = 0")], "material[0].friction_angle", "must be positive for drucker-prager"),
     ("dilation above friction", [law("drucker-prager", "cohesion = 1", "friction_angle = 20", "dilation_angle = @30")], "material[0].dilation_angle", "must not be above that of friction"),
     ("angles and slopes", [(ELASTIC, "model = @'drucker-prager'\ncohesion = 1\nfriction_angle = 20\ndilation_angle = 1\neta = 1\n" + ELASTIC)], "material[0].model", "either friction_angle and dilation_angle, or eta, eta_flow and xi"),
     ("slopes without all", [(ELASTIC, "model = @'drucker-prager'\ncohesion = 1\neta_flow = 1\neta = 1\n" + ELASTIC)], "material[0].model", "or eta, eta_flow and xi"),
@@ -159,6 +165,16 @@ CASE_FAULTS = [
     ("no yield stress in j2", [law("j2", "yield = @0")], "material[0].yield", "must be positive for j2"),
     ("Bingham without a rate", [fluid("sound_speed = 10", "yield = 1", "critical_rate = @0")], "material[0].critical_rate", "must be positive"),
     ("tension that is no flag", [fluid("sound_speed = 10", "tension = @'no'")], "material[0].tension", "must be true or false"),
+    ("no angle of friction", [(ELASTIC, "model = @'mohr-coulomb'\ncohesion = 1\ndilation_angle = 0\n" + ELASTIC)], "material[0].model", "mohr-coulomb needs friction_angle"),
+    ("friction beyond 89 degrees", [mohr("friction_angle = @91")], "material[0].friction_angle", "at most 89"),
+    ("negative friction", [mohr("friction_angle = @-3")], "material[0].friction_angle", "at least 0"),
+    ("dilation above friction of planes", [mohr("friction_angle = 10", "dilation_angle = @11")], "material[0].dilation_angle", "must not be above friction_angle"),
+    ("residual dilation above friction", [mohr("residual_dilation_angle = @25", "residual_friction_angle = 20", "softening_strain = 1")], "material[0].residual_dilation_angle", "must not be above residual_friction_angle"),
+    ("softening without a strain", [("[[material]]", "@[[material]]"), mohr("residual_cohesion = 1")], "material[0].softening_strain", "residual values differ"),
+    ("no way to the apex", [("[[material]]", "@[[material]]"), mohr("dilation_angle = 0")], "material[0].tension_cutoff", "no flow leads to the apex"),
+    ("softening in no strain", [mohr("residual_cohesion = 1", "softening_strain = @0")], "material[0].softening_strain", "must be positive"),
+    ("cut-off beyond the apex", [mohr("tension_cutoff = @6")], "material[0].tension_cutoff", "at most cohesion/tan(friction_angle)"),
+    ("negative cut-off", [mohr("tension_cutoff = @-1")], "material[0].tension_cutoff", "zero or positive"),
     ("field of another dimension", [law("j2", "yield = 1"), "[output]\nfields = @['elastic_b_yz']\n"], "output.fields", "no material of the case carries"),
     ("elastic-plastic splines", [law("j2", "yield = 1"), WHOLE, "[method]\npreset = @'spline4'\n", WALLS], "method.preset", "takes no material with history"),
     ("linear-rate-1d with poisson", [DIM_1, (ELASTIC, "model = @'linear-rate-1d'\n" + ELASTIC)], "material[0].model", "takes young alone"),

@@ -23,6 +23,9 @@ inline const std::vector<std::string>& sample_settings(std::string_view law)
         {"j2", {"young=1000", "poisson=0.3", "yield=30", "hardening=20", "saturation=45", "saturation_rate=8"}},
         {"drucker-prager", {"young=1000", "poisson=0.3", "friction_angle=30", "dilation_angle=10", "cohesion=10", "hardening=5"}},
         {"fluid", {"sound_speed=1.2", "viscosity=20", "yield=5"}},
+        {"mohr-coulomb",
+         {"young=1000", "poisson=0.3", "friction_angle=30", "dilation_angle=10", "cohesion=10", "tension_cutoff=8",
+          "residual_cohesion=6", "softening_strain=0.1"}},
         {"linear-rate-1d", {"young=1000"}},
     };
     static const std::vector<std::string> elastic{"young=1000", "poisson=0.3"};

@@ -1,9 +1,13 @@
 // Laws with plastic flow: closed forms, and each law against an integration of its rate equations by another method
 // (support/rate_equations.hpp).
 #include "material/drucker_prager.hpp"
+#include "material/mohr_coulomb.hpp"
 #include "support/driven.hpp"
 
 #include <gtest/gtest.h>
+
+#include <map>
+#include <tuple>
 
 namespace ordo::test {
 namespace {
@@ -292,6 +296,255 @@ TEST(DruckerPrager, VolumeCorrection)
         EXPECT_NEAR(closed, m.bulk_modulus() * std::log(0.98 / (corrects ? 1.0 : 1.2)), 1e-10);
         EXPECT_NEAR(point.column("gap"), 0, 1e-15);
     }
+}
+
+// ---- Mohr-Coulomb ---------------------------------------------------------------------------------------------------------
+
+/// The rate equations of planes: multipliers gamma >= 0 of all planes such that each plane's yield function f falls at least as
+/// -f/(3 h), where h is the step, and does so exactly where its multiplier is positive (a linear complementarity problem, by
+/// projected Gauss-Seidel sweeps). f reaches zero smoothly, so the events of edges, corners and unloading need no search; first
+/// order in h.
+class PlaneFlow {
+  public:
+    PlaneFlow(const Material& m, double h) : K_(m.bulk_modulus()), G_(m.mu), h_(h), p_(m.parameters.begin(), m.parameters.end())
+    {}
+
+    RateState integrate(const SmoothPath& path) const
+    {
+        RateState s;
+        const int steps = static_cast<int>(std::lround(1 / h_));
+        for (int k = 0; k < steps; ++k) {  // Heun's method
+            const double t     = k * h_;
+            const RateState k1 = rate(s, path, t), k2 = rate(s + k1 * h_, path, t + h_);
+            s = s + (k1 + k2) * (h_ / 2);
+        }
+        return s;
+    }
+    Tensor stress(const RateState& s) const
+    {
+        const Tensor e = log_of(s.b) / 2;
+        return K_ * e.trace() * Tensor::Identity() + 2 * G_ * dev_of(e);
+    }
+
+  private:
+    using P = MohrCoulomb;
+    double soften(double start, double end, double alpha) const
+    {
+        return std::isfinite(p_[P::kSoftening]) ? end + (start - end) * std::exp(-alpha / p_[P::kSoftening]) : start;
+    }
+    RateState rate(const RateState& s, const SmoothPath& path, double t) const
+    {
+        const Tensor l = path.rate(t) * path.F(t).inverse(), d = (l + l.transpose()) / 2;
+        // Where two principal stresses are equal, the axes are those of the strain rate: with arbitrary ones flow would zigzag.
+        const Eigen::SelfAdjointEigenSolver<Tensor> axes(stress(s) + 2 * G_ * h_ * d);
+        const Eigen::Vector3d tau = (axes.eigenvectors().transpose() * stress(s) * axes.eigenvectors()).diagonal();
+        const double degree       = std::acos(-1.0) / 180,
+                     phi          = degree * soften(p_[P::kFriction], p_[P::kResidualFriction], s.inner[0]);
+        const double psi          = degree * soften(p_[P::kDilation], p_[P::kResidualDilation], s.inner[0]);
+        const double c            = soften(p_[P::kCohesion], p_[P::kResidualCohesion], s.inner[0]),
+                     T            = std::min(p_[P::kTension], c / std::tan(phi));
+        std::vector<Eigen::Vector3d> M, N;
+        std::vector<double> f;
+        auto add = [&](const Eigen::Vector3d& normal, const Eigen::Vector3d& flow, double at) {
+            M.push_back(normal);
+            N.push_back(flow);
+            f.push_back(normal.dot(tau) - at);
+        };
+        for (int i = 0; i < 3; ++i) {
+            const Eigen::Vector3d e = Eigen::Vector3d::Unit(i);
+            if (std::isfinite(p_[P::kTension])) add(e, e, T);
+            for (int j = 0; j < 3; ++j)
+                if (i != j) {
+                    const Eigen::Vector3d o = Eigen::Vector3d::Unit(j);
+                    add(e - o + std::sin(phi) * (e + o), e - o + std::sin(psi) * (e + o), 2 * c * std::cos(phi));
+                }
+        }
+        auto stiff = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+            return 2 * G_ * v + (K_ - 2 * G_ / 3) * v.sum() * Eigen::Vector3d::Ones();
+        };
+        const Tensor in_axes      = axes.eigenvectors().transpose() * d * axes.eigenvectors();
+        const Eigen::Vector3d own = in_axes.diagonal();
+        Eigen::Vector3d flow      = Eigen::Vector3d::Zero();
+        std::vector<double> gamma(f.size());
+        for (int sweep = 0; sweep < 400; ++sweep) {
+            double change = 0;
+            for (std::size_t k = 0; k < f.size(); ++k) {
+                const double wanted = M[k].dot(stiff(own - flow)) + f[k] / (3 * h_);
+                const double next   = std::max(0.0, gamma[k] + wanted / M[k].dot(stiff(N[k])));
+                flow += (next - gamma[k]) * N[k];
+                change   = std::max(change, std::fabs(next - gamma[k]));
+                gamma[k] = next;
+            }
+            if (change < 1e-10) break;
+        }
+        const Tensor plastic = axes.eigenvectors() * flow.asDiagonal() * axes.eigenvectors().transpose();
+        RateState r{l * s.b + s.b * l.transpose() - plastic * s.b - s.b * plastic};
+        r.inner[0]   = std::sqrt(2.0 / 3) * dev_of(plastic).norm();
+        r.dissipated = inner(stress(s), plastic);
+        return r;
+    }
+
+    double K_, G_, h_;
+    std::vector<double> p_;
+};
+
+TEST(MohrCoulomb, AgreesWithItsRateEquations)
+{
+    int paths = 200, n = 500;
+    for (const auto& more : {std::vector<std::string>{"friction_angle=30", "dilation_angle=30", "cohesion=40"},
+                             {"friction_angle=30", "dilation_angle=0", "cohesion=40", "tension_cutoff=10", "residual_cohesion=20",
+                              "residual_friction_angle=20", "softening_strain=0.2"}}) {
+        std::vector<std::string> settings{"young=1000", "poisson=0.25"};
+        settings.insert(settings.end(), more.begin(), more.end());
+        const Material m = material_of("mohr-coulomb", settings);
+        Random random(31);
+        double worst = 0, order = 0;
+        int flows = 0, counted = 0;
+        for (int k = 0; k < paths; ++k) {
+            const SmoothPath path = random_path(random, 0.3, 0.3, 0.04);
+            const PlaneFlow coarse(m, 1.0 / n), fine(m, 0.5 / n);
+            const Tensor limit = 2 * fine.stress(fine.integrate(path)) - coarse.stress(coarse.integrate(path));
+            const Mat<3> tau   = to_mat(limit);
+            Symmetric<3> wanted{};
+            for (int i = 0; i < 3; ++i)
+                for (int j = i; j < 3; ++j) wanted(i, j) = tau(i, j);
+            const PathEnd quarter = drive(m, path, n / 2), one = drive(m, path, n), two = drive(m, path, 2 * n);
+            worst = std::max(worst, distance(2.0 * two.tau + -1.0 * one.tau, wanted) / two.largest);
+            flows += two.dissipated > 0;
+            const double first = distance(quarter.tau, one.tau), second = distance(one.tau, two.tau);
+            if (first > 1e-6 * two.largest) order += std::log2(first / second), ++counted;
+        }
+        std::printf("          largest error %.2g of the stress, mean order %.3f, %d of %d paths with plastic flow\n", worst,
+                    order / std::max(counted, 1), flows, paths);
+        EXPECT_LT(worst, 5e-4);
+        EXPECT_NEAR(order / counted, 1, 0.1);
+        EXPECT_GT(flows, 0.75 * paths);
+        paths = 50;
+        n     = 1000;
+    }
+}
+
+/// The planes of a pyramid in all orders of the principal stresses, as (normal, flow, at).
+std::vector<std::tuple<Eigen::Vector3d, Eigen::Vector3d, double>> planes_of(const MohrCoulombPyramid& p)
+{
+    std::vector<std::tuple<Eigen::Vector3d, Eigen::Vector3d, double>> r;
+    for (int i = 0; i < 3; ++i) {
+        const Eigen::Vector3d e = Eigen::Vector3d::Unit(i);
+        if (std::isfinite(p.tension)) r.emplace_back(e, e, p.tension);
+        for (int j = 0; j < 3; ++j) {
+            const Eigen::Vector3d o = Eigen::Vector3d::Unit(j);
+            if (i != j) r.emplace_back(e - o + p.sin_phi * (e + o), e - o + p.sin_psi * (e + o), p.rhs);
+        }
+    }
+    return r;
+}
+
+/// How far v is from the cone of the flows of the planes on which tau lies (projected Gauss-Seidel sweeps).
+double distance_to_cone(const MohrCoulombPyramid& p, const Eigen::Vector3d& tau, const Eigen::Vector3d& v)
+{
+    std::vector<Eigen::Vector3d> flows;
+    for (const auto& [normal, flow, at] : planes_of(p))
+        if (normal.dot(tau) > at - 1e-8 * (1 + p.rhs)) flows.push_back(flow);
+    Eigen::Vector3d rest = v;
+    std::vector<double> gamma(flows.size());
+    for (int sweep = 0; sweep < 3000; ++sweep)
+        for (std::size_t k = 0; k < flows.size(); ++k) {
+            const double next = std::max(0.0, gamma[k] + flows[k].dot(rest) / flows[k].squaredNorm());
+            rest -= (next - gamma[k]) * flows[k];
+            gamma[k] = next;
+        }
+    return rest.norm();
+}
+
+/// Random trial stresses: the return is inside all planes, and the plastic strain is in the cone of the flows of those on which it
+/// lies; with associated flow this makes it the closest point. Faces, edges and corners all occur.
+TEST(MohrCoulomb, ReturnsToFacesEdgesAndCorners)
+{
+    const double K = 700, G = 400, inf = LawParameter::none;
+    auto pyramid = [&](double phi, double psi, double T) {
+        const double d = std::acos(-1.0) / 180;
+        return MohrCoulombPyramid{K, G, std::sin(phi * d), std::sin(psi * d), 2 * 10 * std::cos(phi * d), T};
+    };
+    const double apex = 10 / std::tan(std::acos(-1.0) / 6);
+    Random random(32);
+    std::map<std::size_t, int> seen;  // number of planes on which the return lies
+    for (const MohrCoulombPyramid& p : {pyramid(30, 30, inf), pyramid(30, 10, inf), pyramid(30, 10, 6), pyramid(30, 0, 6),
+                                        pyramid(30, 30, 0), pyramid(0, 0, inf), pyramid(0, 0, 5), pyramid(30, 0, apex)})
+        for (int n = 0; n < 400; ++n) {
+            double trial[3], tau[3];
+            for (double& t : trial) t = uniform(random, -60, 60) + (n % 3 == 0 ? 40 : n % 3 == 1 ? -20 : 0);
+            if (n % 5 == 0) trial[1] = trial[0];
+            if (n % 25 == 0) trial[2] = trial[1];
+            std::sort(trial, trial + 3, std::greater<>());
+            if (!(p.excess(trial) > 0)) continue;
+            ASSERT_TRUE(p.project(trial, tau)) << trial[0] << " " << trial[1] << " " << trial[2];
+            const Eigen::Vector3d now(tau[0], tau[1], tau[2]), lost = Eigen::Vector3d(trial[0], trial[1], trial[2]) - now;
+            const double mean       = lost.sum() / 3;
+            const Eigen::Vector3d v = (lost.array() - mean) / (2 * G) + mean / (3 * K);
+            std::size_t active      = 0;
+            for (const auto& [normal, flow, at] : planes_of(p)) {
+                EXPECT_LT(normal.dot(now), at + 1e-11);
+                active += normal.dot(now) > at - 1e-9;
+            }
+            ++seen[active];
+            EXPECT_LT(distance_to_cone(p, now, v), 1e-9) << trial[0] << " " << trial[1] << " " << trial[2];
+        }
+    for (const std::size_t planes : {1, 2, 4, 6}) EXPECT_GT(seen[planes], 10) << planes;
+}
+
+/// Triaxial compression: s1 = s3 tan^2(45 + phi/2) + 2 c tan(45 + phi/2), in any number of steps and at any confinement.
+TEST(MohrCoulomb, TriaxialStrength)
+{
+    const double phi = 35, c = 12, k = std::tan((45 + phi / 2) * std::acos(-1.0) / 180);
+    const Material m =
+        material_of("mohr-coulomb", {"young=1000", "poisson=0.3", "friction_angle=35", "dilation_angle=5", "cohesion=12"});
+    for (const int steps : {1, 4})
+        for (const double pressure : {0.0, 0.01, 0.03}) {
+            Driven<3> point(m);
+            const double l = std::exp(-pressure);
+            point.step({{{l, 0, 0}, {0, l, 0}, {0, 0, l}}});
+            for (int n = 1; n <= steps; ++n) {
+                const double e = 0.2 * n / steps;
+                point.step({{{l * std::exp(-e), 0, 0}, {0, l * std::exp(e / 2), 0}, {0, 0, l * std::exp(e / 2)}}});
+            }
+            const Symmetric<3> tau = point.kirchhoff();
+            EXPECT_NEAR(-tau(0, 0), -tau(1, 1) * k * k + 2 * c * k, 1e-11);
+            EXPECT_NEAR(tau(1, 1), tau(2, 2), 1e-11);
+            EXPECT_GT(point.column("dissipated"), 0);
+        }
+}
+
+/// Expansion ends at the apex c cot(phi), or at the cut-off; 1D pull at the cut-off.
+TEST(MohrCoulomb, ApexAndCutOff)
+{
+    Driven<3> apex(
+        material_of("mohr-coulomb", {"young=1000", "poisson=0.3", "friction_angle=30", "dilation_angle=30", "cohesion=10"}));
+    apex.step({{{1.1, 0.01, 0}, {0, 1.11, 0}, {0, 0, 1.1}}});
+    for (int a = 0; a < 3; ++a) EXPECT_NEAR(apex.kirchhoff()(a, a), 10 * std::sqrt(3.0), 1e-11);
+    EXPECT_NEAR(apex.kirchhoff()(0, 1), 0, 1e-11);
+    Driven<1> pull(material_of("mohr-coulomb", {"young=1000", "poisson=0.2", "friction_angle=30", "dilation_angle=0",
+                                                "cohesion=10", "tension_cutoff=4"}));
+    pull.step({{{1.02}}});
+    EXPECT_NEAR(pull.kirchhoff()(0, 0), 4, 1e-12);
+    EXPECT_NEAR(pull.kirchhoff()(1, 1), 1, 1e-12) << "nu/(1 - nu) of it";
+    pull.step({{{1.2}}});
+    EXPECT_NEAR(pull.kirchhoff()(0, 0), 4, 1e-12);
+}
+
+/// Strength falls as r + (p - r) exp(-alpha/a0), with alpha of the start of the step.
+TEST(MohrCoulomb, Softening)
+{
+    const Material m = material_of("mohr-coulomb", {"young=1000", "poisson=0.3", "friction_angle=0", "dilation_angle=0",
+                                                    "cohesion=10", "residual_cohesion=4", "softening_strain=0.05"});
+    Driven<2> point(m);
+    for (int k = 1; k <= 50; ++k) {
+        const double before = point.column("plastic_strain");
+        point.step({{{std::exp(0.01 * k), 0}, {0, std::exp(-0.01 * k)}}});
+        if (point.column("plastic_strain") == before) continue;
+        EXPECT_NEAR((point.kirchhoff()(0, 0) - point.kirchhoff()(1, 1)) / 2, 4 + 6 * std::exp(-before / 0.05), 1e-11);
+        EXPECT_GT(k, 1);
+    }
+    EXPECT_GT(point.column("plastic_strain"), 0.3);
 }
 
 }  // namespace
