@@ -6,6 +6,7 @@
 #include "material/fluid.hpp"
 #include "material/j2.hpp"
 #include "material/jaumann_elastic.hpp"
+#include "material/johnson_cook.hpp"
 #include "material/linear_rate_1d.hpp"
 #include "material/mohr_coulomb.hpp"
 #include "material/neo_hookean.hpp"
@@ -19,11 +20,12 @@ namespace ordo {
 template <Law... L>
 struct LawList {};
 
-using Laws = LawList<NeoHookean, StVenantKirchhoff, JaumannElastic, LinearRate1D, J2, DruckerPrager, Fluid, MohrCoulomb
+using Laws =
+    LawList<NeoHookean, StVenantKirchhoff, JaumannElastic, LinearRate1D, J2, DruckerPrager, Fluid, MohrCoulomb, JohnsonCook
 #if defined(ORDO_OWN_LAW)
-                     ,
-                     OwnLaw
+            ,
+            OwnLaw
 #endif
-                     >;
+            >;
 
 }  // namespace ordo

@@ -64,6 +64,13 @@ def mohr(*lines):
     return law("mohr-coulomb", *lines, *(f"{key} = {value}" for key, value in (("friction_angle", 30), ("dilation_angle", 10), ("cohesion", 3)) if key not in keys))
 
 
+def cook(*lines):
+    """Numbers of copper, unless the lines say otherwise."""
+    keys = {line.split(" ")[0] for line in lines}
+    usual = dict(A=90e6, B=292e6, n=0.31, C=0.025, m=1.09, reference_rate=1, reference_temperature=298, melting_temperature=1356, specific_heat=383, taylor_quinney=0.9)
+    return law("johnson-cook", *lines, *(f"{key} = {value}" for key, value in usual.items() if key not in keys))
+
+
 # name, changes of the case, key that the message names, what else it says (the remedy)
 CASE_FAULTS = [
     # keys and tables
@@ -175,6 +182,18 @@ CASE_FAULTS = [
     ("softening in no strain", [mohr("residual_cohesion = 1", "softening_strain = @0")], "material[0].softening_strain", "must be positive"),
     ("cut-off beyond the apex", [mohr("tension_cutoff = @6")], "material[0].tension_cutoff", "at most cohesion/tan(friction_angle)"),
     ("negative cut-off", [mohr("tension_cutoff = @-1")], "material[0].tension_cutoff", "zero or positive"),
+    ("no yield stress of Johnson and Cook", [(ELASTIC, "model = @'johnson-cook'\nB = 1\n" + ELASTIC)], "material[0].model", "johnson-cook needs A"),
+    ("A = 0", [cook("A = @0")], "material[0].A", "must be positive"),
+    ("negative B", [cook("B = @-1")], "material[0].B", "zero or positive"),
+    ("n = 0", [cook("n = @0")], "material[0].n", "must be positive"),
+    ("negative C", [cook("C = @-0.1")], "material[0].C", "zero or positive"),
+    ("m = 0", [cook("m = @0")], "material[0].m", "must be positive"),
+    ("no reference rate", [cook("reference_rate = @0")], "material[0].reference_rate", "must be positive"),
+    ("melting below the reference", [cook("melting_temperature = @200")], "material[0].melting_temperature", "must be above reference_temperature"),
+    ("molten at the start", [cook("temperature = @2000")], "material[0].temperature", "must be below melting_temperature"),
+    ("no specific heat", [cook("specific_heat = @0")], "material[0].specific_heat", "must be positive"),
+    ("more heat than work", [cook("taylor_quinney = @1.1")], "material[0].taylor_quinney", "at most 1"),
+    ("half a Hugoniot", [(ELASTIC, cook("sound_speed = 4000")[1].replace("'johnson-cook'", "@'johnson-cook'"))], "material[0].model", "all of sound_speed, shock_slope and gruneisen"),
     ("field of another dimension", [law("j2", "yield = 1"), "[output]\nfields = @['elastic_b_yz']\n"], "output.fields", "no material of the case carries"),
     ("elastic-plastic splines", [law("j2", "yield = 1"), WHOLE, "[method]\npreset = @'spline4'\n", WALLS], "method.preset", "takes no material with history"),
     ("linear-rate-1d with poisson", [DIM_1, (ELASTIC, "model = @'linear-rate-1d'\n" + ELASTIC)], "material[0].model", "takes young alone"),

@@ -1,6 +1,7 @@
 // Laws with plastic flow: closed forms, and each law against an integration of its rate equations by another method
 // (support/rate_equations.hpp).
 #include "material/drucker_prager.hpp"
+#include "material/johnson_cook.hpp"
 #include "material/mohr_coulomb.hpp"
 #include "support/driven.hpp"
 
@@ -545,6 +546,161 @@ TEST(MohrCoulomb, Softening)
         EXPECT_GT(k, 1);
     }
     EXPECT_GT(point.column("plastic_strain"), 0.3);
+}
+
+// ---- Johnson-Cook ---------------------------------------------------------------------------------------------------------
+
+const std::vector<std::string> kCopper{"density=8960",
+                                       "young=124e9",
+                                       "poisson=0.34",
+                                       "A=90e6",
+                                       "B=292e6",
+                                       "n=0.31",
+                                       "C=0.025",
+                                       "m=1.09",
+                                       "reference_rate=1",
+                                       "reference_temperature=298",
+                                       "melting_temperature=1356",
+                                       "specific_heat=383",
+                                       "taylor_quinney=0.9"};
+std::vector<std::string> with(std::vector<std::string> settings, const std::vector<std::string>& more)
+{
+    settings.insert(settings.end(), more.begin(), more.end());
+    return settings;
+}
+
+/// Above the static yield stress alpha' follows from q = Y: alpha' = r0 exp((q/Y_static - 1)/C). A differential equation, without the
+/// implicit step of the law.
+RateLawOf rates_of_johnson_cook(const Material& m)
+{
+    using P           = JohnsonCook;
+    const auto p      = m.parameters;
+    const auto stress = hencky_stress(m);
+    auto q_of         = [](const Tensor& tau) { return std::sqrt(1.5) * dev_of(tau).norm(); };
+    auto still        = [=](const RateState& s) {  // inner: alpha, T
+        const double hot = (s.inner[1] - p[P::kReference]) / (p[P::kMelting] - p[P::kReference]);
+        return (p[P::kA] + p[P::kB0] * std::pow(s.inner[0], p[P::kN])) * (1 - std::pow(std::max(hot, 0.0), p[P::kM]));
+    };
+    return {.stress = stress,
+            .yield  = [=](const RateState& s) { return q_of(stress(s)) - still(s); },
+            .flow =
+                [=](const RateState& s, const Tensor&) {
+                    const Tensor tau = stress(s);
+                    const double q   = q_of(tau);
+                    RateFlow f{.gamma = p[P::kRate] * std::exp((q / still(s) - 1) / p[P::kC]), .N = 1.5 * dev_of(tau) / q};
+                    f.inner = {1, p[P::kQuinney] * q / (m.density * p[P::kHeat]), 0};
+                    return f;
+                },
+            .is_viscous = true};
+}
+
+TEST(JohnsonCook, AgreesWithItsRateEquations)
+{
+    const Material m = material_of("johnson-cook", {"young=1000", "poisson=0.3", "A=60", "B=50", "n=1", "C=0.1", "m=1.2",
+                                                    "reference_rate=1e-4", "reference_temperature=290", "temperature=320",
+                                                    "melting_temperature=900", "specific_heat=0.001", "taylor_quinney=0.9"});
+    RateState start;
+    start.inner        = {0, 320, 0};
+    const Comparison c = compare(
+        m, rates_of_johnson_cook(m), start, [](Random& r) { return random_path(r, 0.3); }, 1000, 300);
+    EXPECT_LT(c.worst, 1e-6);
+    EXPECT_LT(c.worst_work, 1e-5);
+    EXPECT_NEAR(c.order, 1, 0.1);
+    EXPECT_GT(c.with_events, 150);
+}
+
+/// Rigid-plastic heating with m = 1: 1 - T* = (1 - T0*) exp(-chi (1 + C ln r)(A a + B a^(n+1)/(n+1))/(rho c (Tm - Tr))): 389.987 K.
+TEST(JohnsonCook, HeatsAsRigidPlastic)
+{
+    std::vector<std::string> rigid = with(kCopper, {});
+    for (std::string& s : rigid) {
+        if (s.starts_with("young")) s = "young=124e15";
+        if (s.starts_with("m=")) s = "m=1";
+    }
+    const Material m = material_of("johnson-cook", rigid);
+    auto heat        = [&](int steps) {  // diag(l, 1/l): alpha = (2/sqrt 3) ln l
+        Driven<2> point(m);
+        for (int k = 1; k <= steps; ++k) {
+                   const double e = std::sqrt(3.0) / 2 * k / steps;
+                   point.step({{{std::exp(e), 0}, {0, std::exp(-e)}}}, 1e-3 / steps);
+        }
+        EXPECT_NEAR(point.column("plastic_strain"), 1, 1e-6);
+        return point.column("temperature");
+    };
+    const double coarse = heat(2000), fine = heat(4000);
+    const double exponent = 0.9 * (1 + 0.025 * std::log(1000.0)) * (90e6 + 292e6 / 1.31) / (8960 * 383.0 * (1356 - 298));
+    EXPECT_NEAR(2 * fine - coarse, 298 + (1356 - 298) * (1 - std::exp(-exponent)), 2e-3);
+    EXPECT_NEAR(2 * fine - coarse, 389.987, 2e-3);
+}
+
+/// The implicit step is solved: q = Y(alpha, lambda/dt, T), from the first step on, where the slope of alpha^n is infinite.
+TEST(JohnsonCook, YieldStress)
+{
+    const Material m = material_of("johnson-cook", kCopper);
+    Driven<2> point(m);
+    for (const double dt : {1e-9, 1e-5, 1.0, 100.0}) {
+        const double before = point.column("plastic_strain"), cold = point.column("temperature"),
+                     work = point.column("dissipated");
+        point.step({{{1, point.F(0, 1) + 0.02}, {0, 1}}}, dt);
+        const double lambda = point.column("plastic_strain") - before, q = std::sqrt(1.5 * square(deviator(point.kirchhoff())));
+        ASSERT_GT(lambda, 0);
+        const double hot  = (point.column("temperature") - 298) / (1356 - 298);
+        const double rate = std::max(1.0, lambda / dt);
+        EXPECT_NEAR(
+            q / ((90e6 + 292e6 * std::pow(before + lambda, 0.31)) * (1 + 0.025 * std::log(rate)) * (1 - std::pow(hot, 1.09))), 1,
+            1e-11)
+            << dt;
+        EXPECT_NEAR(point.column("dissipated") - work, q * lambda, 1e-9 * q * lambda);
+        EXPECT_NEAR(point.column("temperature") - cold, 0.9 * q * lambda / (8960 * 383), 1e-10);
+    }
+    Driven<2> molten(material_of("johnson-cook", with(kCopper, {"temperature=1355.999"})));
+    molten.step({{{1, 0.5}, {0, 1}}});
+    EXPECT_LT(std::sqrt(square(deviator(molten.kirchhoff()))), 1e4) << "no strength at the melting temperature";
+}
+
+/// Shocked from rest in one step, copper is on its Hugoniot: p = rho0 c0^2 x/(1 - s x)^2 with E = p x/2 (Rankine and Hugoniot). So
+/// the law must give it whatever Gruneisen's number is.
+TEST(JohnsonCook, ShockIsOnTheHugoniot)
+{
+    for (const char* gruneisen : {"gruneisen=0", "gruneisen=2.02"}) {
+        std::vector<std::string> fluid = with(kCopper, {"sound_speed=3940", "shock_slope=1.489", gruneisen});
+        for (std::string& s : fluid) {
+            if (s.starts_with("density")) s = "density=8930";
+            if (s.starts_with("young")) s = "young=1";  // no deviator
+        }
+        const Material m = material_of("johnson-cook", fluid);
+        const double J = 0.893265, x = 1 - J;
+        Driven<1> point(m);
+        point.step({{{J}}}, 1e-9);
+        EXPECT_NEAR(-point.sigma(0, 0) / (8930 * 3940.0 * 3940 * x / ((1 - 1.489 * x) * (1 - 1.489 * x))), 1, 1e-9);
+        EXPECT_NEAR(-point.sigma(0, 0), 2.09163e10, 1e6);
+        EXPECT_NEAR(point.stored() + point.column("dissipated"), -point.sigma(0, 0) * x / 2, 1e-6 * 2e10);
+        double fault = 0;
+        point.functions().update(m, {{{{0.3}}}, {{{0.3 / J - 1}}}, 1e-9}, point.sigma, point.history.data(), fault);
+        EXPECT_GT(fault, 0) << "beyond the pole of the Hugoniot";
+    }
+}
+
+/// The stiffness is that of small compressions: rho0 dp/drho along the isentrope.
+TEST(JohnsonCook, SoundOfShockedMaterial)
+{
+    const Material m = material_of("johnson-cook", with(kCopper, {"sound_speed=3940", "shock_slope=1.489", "gruneisen=2.02"}));
+    EXPECT_NEAR(m.bulk_modulus(), 8960 * 3940.0 * 3940, 1e-3);
+    for (const double J : {1.02, 0.98, 0.85}) {
+        auto pressure = [&](double h) {
+            Driven<3> point(m);
+            const double l = std::cbrt(J), k = std::cbrt(J + h);
+            point.step({{{l, 0, 0}, {0, l, 0}, {0, 0, l}}});
+            point.step({{{k, 0, 0}, {0, k, 0}, {0, 0, k}}});
+            return -point.sigma(0, 0);
+        };
+        Driven<3> point(m);
+        const double l = std::cbrt(J), h = 1e-6;
+        point.step({{{l, 0, 0}, {0, l, 0}, {0, 0, l}}});
+        const double slope = (pressure(h) - pressure(-h)) / (2 * h);
+        const Stiffness s  = point.functions().stiffness(m, point.F, point.history.data());
+        EXPECT_NEAR((s.modulus - 4.0 / 3 * m.mu) / (-J * J * slope), 1, 1e-6) << J;
+    }
 }
 
 }  // namespace
