@@ -2,6 +2,7 @@
 // it (laws.cpp, kernels/stress.cpp, verification/any_law.cpp).
 #pragma once
 
+#include "material/cam_clay.hpp"
 #include "material/drucker_prager.hpp"
 #include "material/fluid.hpp"
 #include "material/j2.hpp"
@@ -20,12 +21,12 @@ namespace ordo {
 template <Law... L>
 struct LawList {};
 
-using Laws =
-    LawList<NeoHookean, StVenantKirchhoff, JaumannElastic, LinearRate1D, J2, DruckerPrager, Fluid, MohrCoulomb, JohnsonCook
+using Laws = LawList<NeoHookean, StVenantKirchhoff, JaumannElastic, LinearRate1D, J2, DruckerPrager, Fluid, MohrCoulomb,
+                     JohnsonCook, CamClay
 #if defined(ORDO_OWN_LAW)
-            ,
-            OwnLaw
+                     ,
+                     OwnLaw
 #endif
-            >;
+                     >;
 
 }  // namespace ordo

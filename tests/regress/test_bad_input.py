@@ -71,6 +71,14 @@ def cook(*lines):
     return law("johnson-cook", *lines, *(f"{key} = {value}" for key, value in usual.items() if key not in keys))
 
 
+def clay(*lines):
+    """Numbers of a clay, unless the lines say otherwise."""
+    keys = {line.split(" ")[0] for line in lines}
+    usual = dict(shear=60, swelling_index=0.05, compression_index=0.2, critical_slope=1.1, reference_pressure=10, preconsolidation=14)
+    rest = [f"{key} = {value}" for key, value in usual.items() if key not in keys]
+    return (ELASTIC, "model = 'cam-clay'\n" + "".join(line + "\n" for line in (*lines, *rest)))
+
+
 # name, changes of the case, key that the message names, what else it says (the remedy)
 CASE_FAULTS = [
     # keys and tables
@@ -194,6 +202,13 @@ CASE_FAULTS = [
     ("no specific heat", [cook("specific_heat = @0")], "material[0].specific_heat", "must be positive"),
     ("more heat than work", [cook("taylor_quinney = @1.1")], "material[0].taylor_quinney", "at most 1"),
     ("half a Hugoniot", [(ELASTIC, cook("sound_speed = 4000")[1].replace("'johnson-cook'", "@'johnson-cook'"))], "material[0].model", "all of sound_speed, shock_slope and gruneisen"),
+    ("clay with a pair", [(ELASTIC, clay()[1].replace("'cam-clay'", "@'cam-clay'") + "bulk = 1\n")], "material[0].model", "cam-clay takes shear alone (got bulk, shear)"),
+    ("clay without a slope", [(ELASTIC, clay()[1].replace("'cam-clay'", "@'cam-clay'").replace("critical_slope = 1.1\n", ""))], "material[0].model", "cam-clay needs critical_slope"),
+    ("kappa = 0", [clay("swelling_index = @0")], "material[0].swelling_index", "must be positive"),
+    ("lambda below kappa", [clay("compression_index = @0.04")], "material[0].compression_index", "must be above swelling_index"),
+    ("M = 0", [clay("critical_slope = @0")], "material[0].critical_slope", "must be positive"),
+    ("reference pressure of zero", [clay("reference_pressure = @0")], "material[0].reference_pressure", "must be positive"),
+    ("start outside the yield surface", [clay("preconsolidation = @5")], "material[0].preconsolidation", "at least reference_pressure"),
     ("field of another dimension", [law("j2", "yield = 1"), "[output]\nfields = @['elastic_b_yz']\n"], "output.fields", "no material of the case carries"),
     ("elastic-plastic splines", [law("j2", "yield = 1"), WHOLE, "[method]\npreset = @'spline4'\n", WALLS], "method.preset", "takes no material with history"),
     ("linear-rate-1d with poisson", [DIM_1, (ELASTIC, "model = @'linear-rate-1d'\n" + ELASTIC)], "material[0].model", "takes young alone"),

@@ -30,6 +30,9 @@ inline const std::vector<std::string>& sample_settings(std::string_view law)
          {"young=1000", "poisson=0.3", "A=25", "B=30", "n=0.4", "C=0.05", "m=1.1", "reference_rate=0.01",
           "reference_temperature=290", "temperature=300", "melting_temperature=900", "specific_heat=0.001", "taylor_quinney=0.9",
           "sound_speed=0.9", "shock_slope=1.4", "gruneisen=1.9"}},
+        {"cam-clay",
+         {"shear=60", "swelling_index=0.05", "compression_index=0.2", "critical_slope=1.1", "reference_pressure=10",
+          "preconsolidation=14"}},
         {"linear-rate-1d", {"young=1000"}},
     };
     static const std::vector<std::string> elastic{"young=1000", "poisson=0.3"};

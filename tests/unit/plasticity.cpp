@@ -703,5 +703,127 @@ TEST(JohnsonCook, SoundOfShockedMaterial)
     }
 }
 
+// ---- Cam-Clay -------------------------------------------------------------------------------------------------------------
+
+Material clay(double preconsolidation)
+{
+    return material_of("cam-clay", {"shear=60", "swelling_index=0.05", "compression_index=0.2", "critical_slope=1.1",
+                                    "reference_pressure=10", "preconsolidation=" + std::to_string(preconsolidation)});
+}
+
+RateLawOf rates_of_cam_clay(const Material& m)
+{
+    const double G = m.mu, kappa = m.parameters[0], h = m.parameters[1] - kappa, M2 = m.parameters[2] * m.parameters[2],
+                 pr = m.parameters[3];
+    auto stress     = [=](const RateState& s) -> Tensor {
+        const Tensor e = log_of(s.b) / 2;
+        return 2 * G * dev_of(e) - pr * std::exp(-e.trace() / kappa) * Tensor::Identity();
+    };
+    return {.stress = stress,
+            .yield =
+                [=](const RateState& s) {
+                    const Tensor tau = stress(s);
+                    const double p   = -tau.trace() / 3;
+                    return 1.5 * dev_of(tau).squaredNorm() / M2 + p * (p - s.inner[0]);
+                },
+            .flow =
+                [=](const RateState& s, const Tensor& d) {
+                    const Tensor tau = stress(s), dev = dev_of(tau);
+                    const double p = -tau.trace() / 3, pc = s.inner[0], K = p / kappa;
+                    RateFlow f{.gamma = 0, .N = 3 / M2 * dev + (pc - 2 * p) / 3 * Tensor::Identity()};
+                    f.gamma =
+                        (6 * G / M2 * inner(dev, d) + K * (pc - 2 * p) * d.trace()) /
+                        (18 * G / (M2 * M2) * dev.squaredNorm() + K * (pc - 2 * p) * (pc - 2 * p) - p * pc * (pc - 2 * p) / h);
+                    f.inner[0] = -pc * (pc - 2 * p) / h;
+                    return f;
+                }};
+}
+
+TEST(CamClay, AgreesWithItsRateEquations)
+{
+    int paths = 200;
+    for (const double pc : {12.0, 40.0}) {  // normally consolidated: hardening; overconsolidated: softening on the dry side
+        const Material m = clay(pc);
+        RateState start;
+        start.inner        = {pc, 0, 0};
+        const Comparison c = compare(
+            m, rates_of_cam_clay(m), start, [](Random& r) { return random_path(r, 0.2, 0.3, 0.02); }, 1000, 500, 1.0, paths);
+        EXPECT_LT(c.worst, 5e-4);
+        EXPECT_NEAR(c.order, 1, 0.1);
+        EXPECT_GT(c.with_events, 0.75 * paths);
+        paths = 100;
+    }
+}
+
+/// Isotropic compression: p = pr J^(-1/kappa) before the preconsolidation pressure, then pc0 (J/J0)^(-1/lambda), in any steps.
+TEST(CamClay, IsotropicCompression)
+{
+    for (const int steps : {1, 10}) {
+        Driven<3> point(clay(12));
+        for (int k = 1; k <= steps; ++k) {
+            const double l = std::exp(-0.1 * k / steps);
+            point.step({{{l, 0, 0}, {0, l, 0}, {0, 0, l}}});
+        }
+        const double theta_y = -0.05 * std::log(12 / 10.0), p = 12 * std::exp(-(-0.3 - theta_y) / 0.2);
+        EXPECT_NEAR(-trace(point.kirchhoff()) / 3, p, 1e-11 * p);
+        EXPECT_NEAR(point.column("preconsolidation"), p, 1e-11 * p);
+        EXPECT_NEAR(point.column("plastic_strain"), 0, 1e-15);
+    }
+    Driven<3> elastic(clay(12));
+    elastic.step({{{1.1, 0, 0}, {0, 1.1, 0}, {0, 0, 1.1}}});
+    EXPECT_NEAR(-trace(elastic.kirchhoff()) / 3, 10 * std::pow(1.331, -20), 1e-14);
+}
+
+/// At constant volume p^kappa pc^(lambda - kappa) stays what it was, at every step, and the end is the critical state q = M p with
+/// p = p0 (R/2)^((lambda - kappa)/lambda), R = pc0/p0, from both sides.
+TEST(CamClay, Undrained)
+{
+    for (const double pc0 : {12.0, 50.0}) {
+        Driven<3> point(clay(pc0));
+        auto constant = [&] {
+            return std::pow(-trace(point.kirchhoff()) / 3, 0.05) * std::pow(point.column("preconsolidation"), 0.15);
+        };
+        const double before = constant();
+        for (int k = 1; k <= 400; ++k) {
+            const double e = -0.005 * k;
+            point.step({{{std::exp(e), 0, 0}, {0, std::exp(-e / 2), 0}, {0, 0, std::exp(-e / 2)}}});
+            EXPECT_NEAR(constant() / before, 1, 1e-13);
+        }
+        const double p = -trace(point.kirchhoff()) / 3, end = 10 * std::pow(pc0 / 10 / 2, 0.15 / 0.2);
+        EXPECT_NEAR(p, end, 1e-6 * end);
+        EXPECT_NEAR(std::sqrt(1.5 * square(deviator(point.kirchhoff()))), 1.1 * p, 1e-6 * p);
+        EXPECT_NEAR(point.column("preconsolidation"), 2 * p, 1e-6 * p);
+    }
+}
+
+/// The step ends on the yield surface, whatever its size and direction; p stays positive.
+TEST(CamClay, StepsEndOnTheYieldSurface)
+{
+    Random random(41);
+    for (int n = 0; n < 500; ++n) {
+        Driven<3> point(clay(n % 2 ? 12 : 60));
+        const double before = point.column("dissipated");
+        point.step(random_deformation<3>(random, n % 3 ? 0.1 : 0.4));
+        const Symmetric<3> tau = point.kirchhoff();
+        const double p = -trace(tau) / 3, pc = point.column("preconsolidation"),
+                     f = 1.5 * square(deviator(tau)) / 1.21 + p * (p - pc);
+        EXPECT_GT(p, 0);
+        EXPECT_LT(f, 1e-10 * pc * pc);
+        if (point.column("dissipated") > before) {
+            EXPECT_GT(f, -1e-10 * (pc * pc + p * p));
+        }
+    }
+}
+
+TEST(CamClay, Stiffness)
+{
+    const Material m = clay(12);
+    EXPECT_NEAR(m.bulk_modulus(), 200, 1e-12);
+    Driven<3> point(m);
+    point.step({{{0.95, 0, 0}, {0, 0.95, 0}, {0, 0, 0.95}}});
+    const Stiffness s = point.functions().stiffness(m, point.F, point.history.data());
+    EXPECT_NEAR(s.modulus, -trace(point.kirchhoff()) / 3 / 0.05 + 80, 1e-9);
+}
+
 }  // namespace
 }  // namespace ordo::test
