@@ -10,6 +10,7 @@
 #include "material/johnson_cook.hpp"
 #include "material/linear_rate_1d.hpp"
 #include "material/mohr_coulomb.hpp"
+#include "material/mu_i.hpp"
 #include "material/neo_hookean.hpp"
 #include "material/st_venant_kirchhoff.hpp"
 #if defined(ORDO_OWN_LAW)
@@ -22,7 +23,7 @@ template <Law... L>
 struct LawList {};
 
 using Laws = LawList<NeoHookean, StVenantKirchhoff, JaumannElastic, LinearRate1D, J2, DruckerPrager, Fluid, MohrCoulomb,
-                     JohnsonCook, CamClay
+                     JohnsonCook, CamClay, MuI
 #if defined(ORDO_OWN_LAW)
                      ,
                      OwnLaw

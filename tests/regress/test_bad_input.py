@@ -79,6 +79,12 @@ def clay(*lines):
     return (ELASTIC, "model = 'cam-clay'\n" + "".join(line + "\n" for line in (*lines, *rest)))
 
 
+def grains(*lines):
+    keys = {line.split(" ")[0] for line in lines}
+    usual = dict(friction_static=0.38, friction_dynamic=0.64, inertial_number=0.3, grain_diameter=1e-3, grain_density=2450)
+    return law("mu-i", *lines, *(f"{key} = {value}" for key, value in usual.items() if key not in keys))
+
+
 # name, changes of the case, key that the message names, what else it says (the remedy)
 CASE_FAULTS = [
     # keys and tables
@@ -209,6 +215,11 @@ CASE_FAULTS = [
     ("M = 0", [clay("critical_slope = @0")], "material[0].critical_slope", "must be positive"),
     ("reference pressure of zero", [clay("reference_pressure = @0")], "material[0].reference_pressure", "must be positive"),
     ("start outside the yield surface", [clay("preconsolidation = @5")], "material[0].preconsolidation", "at least reference_pressure"),
+    ("grains without friction", [grains("friction_static = @0")], "material[0].friction_static", "must be positive"),
+    ("faster grains that slip more", [grains("friction_dynamic = @0.1")], "material[0].friction_dynamic", "at least friction_static"),
+    ("inertial number of zero", [grains("inertial_number = @0")], "material[0].inertial_number", "must be positive"),
+    ("grains without size", [grains("grain_diameter = @0")], "material[0].grain_diameter", "must be positive"),
+    ("grains without mass", [grains("grain_density = @-2")], "material[0].grain_density", "must be positive"),
     ("field of another dimension", [law("j2", "yield = 1"), "[output]\nfields = @['elastic_b_yz']\n"], "output.fields", "no material of the case carries"),
     ("elastic-plastic splines", [law("j2", "yield = 1"), WHOLE, "[method]\npreset = @'spline4'\n", WALLS], "method.preset", "takes no material with history"),
     ("linear-rate-1d with poisson", [DIM_1, (ELASTIC, "model = @'linear-rate-1d'\n" + ELASTIC)], "material[0].model", "takes young alone"),

@@ -45,6 +45,14 @@ struct Driven {
         ADD_FAILURE() << "no column " << name;
         return 0;
     }
+    void set_column(std::string_view name, double value)
+    {
+        int k = 0;
+        for (const HistoryColumn& c : material.law->history.first(column_count(material.law->history, D))) {
+            if (c.name == name) history[k] = value;
+            ++k;
+        }
+    }
     Symmetric<D> kirchhoff() const { return det(F) * sigma; }
     double stored() const { return functions().energy(material, F, sigma, 1.0, det(F), history.data()); }
 };
@@ -76,9 +84,12 @@ struct PathEnd {
     Symmetric<3> tau{};
     double largest = 0, dissipated = 0;
 };
-inline PathEnd drive(const Material& m, const SmoothPath& path, int steps, double time = 1.0)
+/// It starts with the b_e of `start`.
+inline PathEnd drive(const Material& m, const SmoothPath& path, int steps, double time = 1.0, const RateState& start = {})
 {
     Driven<3> point(m);
+    for (int a = 0; a < 3; ++a)
+        if (start.b(a, a) != 1) point.set_column(std::string("elastic_b_") + "xyz"[a] + "xyz"[a], start.b(a, a));
     PathEnd r;
     for (int k = 1; k <= steps; ++k) {
         point.step(to_mat(path.F(static_cast<double>(k) / steps)), time / steps);
@@ -117,7 +128,7 @@ inline Comparison compare(const Material& m, const RateLawOf& law, const RateSta
         Symmetric<3> wanted{};
         for (int i = 0; i < 3; ++i)
             for (int j = i; j < 3; ++j) wanted(i, j) = tau(i, j);
-        const PathEnd coarse = drive(m, path, steps, time), fine = drive(m, path, 2 * steps, time);
+        const PathEnd coarse = drive(m, path, steps, time, start), fine = drive(m, path, 2 * steps, time, start);
         const double error = distance(2.0 * fine.tau + -1.0 * coarse.tau, wanted) / fine.largest;
         r.worst            = std::max(r.worst, error);
         const double work  = 2 * fine.dissipated - coarse.dissipated;

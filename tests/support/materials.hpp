@@ -33,6 +33,9 @@ inline const std::vector<std::string>& sample_settings(std::string_view law)
         {"cam-clay",
          {"shear=60", "swelling_index=0.05", "compression_index=0.2", "critical_slope=1.1", "reference_pressure=10",
           "preconsolidation=14"}},
+        {"mu-i",
+         {"young=1000", "poisson=0.2", "friction_static=0.38", "friction_dynamic=0.64", "inertial_number=0.3",
+          "grain_diameter=0.5", "grain_density=3"}},
         {"linear-rate-1d", {"young=1000"}},
     };
     static const std::vector<std::string> elastic{"young=1000", "poisson=0.3"};

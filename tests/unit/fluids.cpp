@@ -1,5 +1,6 @@
 // Fluids and grains that flow: pressures, viscous stresses, closed forms.
 #include "material/fluid.hpp"
+#include "material/mu_i.hpp"
 #include "method/courant.hpp"
 #include "method/diagnostics.hpp"
 #include "support/driven.hpp"
@@ -118,6 +119,91 @@ TEST(Fluid, TimeStep)
     const auto [viscous, automatic] = limits({"sound_speed=10", "viscosity=5000"}, 0.9);
     EXPECT_NEAR(viscous, 1000 / 0.9 / (2 * 5000 * 2 * 16), 1e-12);
     EXPECT_EQ(automatic, viscous);
+}
+
+// ---- grains ---------------------------------------------------------------------------------------------------------------
+
+Material grains(const std::vector<std::string>& more = {})
+{
+    std::vector<std::string> settings{"young=1000",          "poisson=0.2",      "friction_static=0.38", "friction_dynamic=0.64",
+                                      "inertial_number=0.3", "grain_diameter=8", "grain_density=3"};
+    settings.insert(settings.end(), more.begin(), more.end());
+    return material_of("mu-i", settings);
+}
+
+/// The rate follows from t = mu(I) p, inverted: I = I0 (mu - mu_s)/(mu_2 - mu). The stress starts at a pressure.
+RateLawOf rates_of_grains(const Material& m)
+{
+    const auto p      = m.parameters;
+    const auto stress = hencky_stress(m);
+    auto t_of         = [](const Tensor& tau) { return dev_of(tau).norm() / std::sqrt(2.0); };
+    return {.stress = stress,
+            .yield  = [=](const RateState& s) { return t_of(stress(s)) + p[0] * stress(s).trace() / 3; },
+            .flow =
+                [=](const RateState& s, const Tensor&) {
+                    const Tensor tau      = stress(s);
+                    const double pressure = -tau.trace() / 3, mu = t_of(tau) / pressure;
+                    RateFlow f{.gamma = p[2] * (mu - p[0]) / (p[1] - mu) * std::sqrt(pressure / p[4]) / p[3],
+                               .N     = dev_of(tau) / (2 * t_of(tau))};
+                    return f;
+                },
+            .is_viscous = true};
+}
+
+TEST(MuI, AgreesWithItsRateEquations)
+{
+    const Material m = grains();
+    RateState start;
+    start.b            = std::exp(-0.2) * Tensor::Identity();  // theta = -0.3
+    const Comparison c = compare(
+        m, rates_of_grains(m), start, [](Random& r) { return random_path(r, 0.25, 0.1, 0.02); }, 1000, 300);
+    EXPECT_LT(c.worst, 1e-6);
+    EXPECT_LT(c.worst_work, 1e-5);
+    EXPECT_NEAR(c.order, 1, 0.1);
+    EXPECT_GT(c.with_events, 150);
+}
+
+/// After each step t = mu(I) p, with the rate of the step; slow flow mobilises mu_s, fast flow at most mu_2.
+TEST(MuI, FrictionOfTheRate)
+{
+    const Material m = grains();
+    for (const double dt : {1e-7, 1e-3, 0.01, 1.0, 1e4}) {
+        Driven<2> point(m);
+        const double l = std::exp(-0.05);
+        point.step({{{l, 0}, {0, l}}}, dt);
+        double alpha = 0;
+        for (int k = 1; k <= 5; ++k) {
+            alpha = point.column("plastic_strain");
+            point.step({{{l, 0.1 * k}, {0, l}}}, dt);
+        }
+        const double rate = std::sqrt(3.0) * (point.column("plastic_strain") - alpha) / dt, p = -trace(point.kirchhoff()) / 3;
+        const double inertial = rate * 8 * std::sqrt(3 / p), t = std::sqrt(square(deviator(point.kirchhoff())) / 2);
+        EXPECT_NEAR(t / p, 0.38 + (0.64 - 0.38) / (0.3 / inertial + 1), 1e-11) << dt;
+        EXPECT_GT(t / p, dt < 1e-6 ? 0.6399 : 0.38);
+        EXPECT_LT(t / p, dt > 100 ? 0.3801 : 0.64);
+    }
+}
+
+/// Grains that are pulled apart carry nothing, and touch again where they parted.
+TEST(MuI, Separation)
+{
+    const Material m = grains();
+    Driven<3> point(m);
+    auto at = [&](double J, double shear) {
+        const double l = std::cbrt(J);
+        return point.step({{{l, shear, 0}, {0, l, 0}, {0, 0, l}}}, 0.1);
+    };
+    at(0.98, 0.1);
+    EXPECT_LT(trace(point.sigma), 0);
+    at(1.02, 0.1);
+    EXPECT_EQ(square(point.sigma), 0);
+    at(1.1, 0.6);
+    EXPECT_EQ(square(point.sigma), 0);
+    EXPECT_EQ(point.stored(), 0);
+    at(1.01, 0.6);
+    EXPECT_EQ(square(point.sigma), 0);
+    at(0.99, 0.6);
+    EXPECT_NEAR(trace(point.kirchhoff()) / 3, m.bulk_modulus() * std::log(0.99), 1e-11);
 }
 
 }  // namespace

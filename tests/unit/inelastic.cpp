@@ -54,7 +54,8 @@ TEST(Inelastic, IsObjectiveAndDissipates)
             }
             const Mat<3> Q = spin(1), expected = Q * full(still.sigma) * transpose(Q);
             for (int i = 0; i < 3; ++i)
-                for (int j = i; j < 3; ++j) EXPECT_NEAR(turning.sigma(i, j), expected(i, j), 1e-12 * (m.p_wave_modulus() + largest));
+                for (int j = i; j < 3; ++j)
+                    EXPECT_NEAR(turning.sigma(i, j), expected(i, j), 1e-12 * (m.p_wave_modulus() + largest));
             for (std::size_t k = 0; k < row.history.size(); ++k)
                 if (!row.history[k].name.starts_with("elastic")) {
                     EXPECT_NEAR(turning.history[k], still.history[k], 1e-12 * (1 + std::fabs(still.history[k])))
