@@ -85,6 +85,10 @@ def grains(*lines):
     return law("mu-i", *lines, *(f"{key} = {value}" for key, value in usual.items() if key not in keys))
 
 
+def rubber(*lines, bulk="1"):
+    return (ELASTIC, "model = 'ogden'\n" + "".join(line + "\n" for line in (*lines, "bulk = " + bulk)))
+
+
 # name, changes of the case, key that the message names, what else it says (the remedy)
 CASE_FAULTS = [
     # keys and tables
@@ -220,6 +224,19 @@ CASE_FAULTS = [
     ("inertial number of zero", [grains("inertial_number = @0")], "material[0].inertial_number", "must be positive"),
     ("grains without size", [grains("grain_diameter = @0")], "material[0].grain_diameter", "must be positive"),
     ("grains without mass", [grains("grain_density = @-2")], "material[0].grain_density", "must be positive"),
+    ("rubber with a pair", [(ELASTIC, "model = @'ogden'\nmoduli = 1\nexponents = 2\n" + ELASTIC)], "material[0].model", "ogden takes bulk alone (got young, poisson)"),
+    ("rubber without moduli", [(ELASTIC, "model = @'ogden'\nexponents = 2\nbulk = 1\n")], "material[0].model", "ogden needs moduli"),
+    ("fewer exponents than moduli", [rubber("moduli = [1, 2]", "exponents = @2")], "material[0].exponents", "must be as many as moduli"),
+    ("exponent of zero", [rubber("moduli = [1, 2]", "exponents = @[2, 0]")], "material[0].exponents", "must not be zero"),
+    ("too many moduli", [rubber("moduli = @[1, 2, 3, 4, 5]", "exponents = 2")], "material[0].moduli", "must have 1 to 4 numbers (got 5)"),
+    ("no moduli", [rubber("moduli = @[]", "exponents = 2")], "material[0].moduli", "must have 1 to 4 numbers (got 0)"),
+    ("rubber without stiffness", [rubber("moduli = @[1, 2]", "exponents = [2, -1]")], "material[0].moduli", "positive sum"),
+    ("exponent beyond its range", [rubber("moduli = 1", "exponents = [@30]")], "material[0].exponents", "at most 20"),
+    ("modulus that is no number", [rubber("moduli = [@'soft']", "exponents = 2")], "material[0].moduli", "must be a number"),
+    ("c10 = 0", [(ELASTIC, "model = 'mooney-rivlin'\nbulk = 1\nc10 = @0\nc01 = 1\n")], "material[0].c10", "must be positive"),
+    ("negative c01", [(ELASTIC, "model = 'mooney-rivlin'\nbulk = 1\nc10 = 1\nc01 = @-1\n")], "material[0].c01", "zero or positive"),
+    ("rubber without bulk modulus", [(ELASTIC, "model = @'mooney-rivlin'\nc10 = 1\nc01 = 1\n")], "material[0].model", "mooney-rivlin takes bulk alone (got none)"),
+    ("negative bulk modulus of rubber", [rubber("moduli = 1", "exponents = 2", bulk="@-1")], "material[0].bulk", "must be positive"),
     ("field of another dimension", [law("j2", "yield = 1"), "[output]\nfields = @['elastic_b_yz']\n"], "output.fields", "no material of the case carries"),
     ("elastic-plastic splines", [law("j2", "yield = 1"), WHOLE, "[method]\npreset = @'spline4'\n", WALLS], "method.preset", "takes no material with history"),
     ("linear-rate-1d with poisson", [DIM_1, (ELASTIC, "model = @'linear-rate-1d'\n" + ELASTIC)], "material[0].model", "takes young alone"),

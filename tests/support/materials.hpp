@@ -36,6 +36,8 @@ inline const std::vector<std::string>& sample_settings(std::string_view law)
         {"mu-i",
          {"young=1000", "poisson=0.2", "friction_static=0.38", "friction_dynamic=0.64", "inertial_number=0.3",
           "grain_diameter=0.5", "grain_density=3"}},
+        {"mooney-rivlin", {"bulk=833", "c10=130", "c01=60"}},
+        {"ogden", {"bulk=833", "moduli=[200, -50]", "exponents=[2.6, -4]"}},
         {"linear-rate-1d", {"young=1000"}},
     };
     static const std::vector<std::string> elastic{"young=1000", "poisson=0.3"};
