@@ -109,7 +109,8 @@ int drive(const DriveOptions& options)
     const bool is_named          = std::find(names.begin(), names.end(), options.path) != names.end();
     if (!is_named && (options.named.strain || options.named.confine))
         throw InputError("--strain and --confine: are for named paths; remove them");
-    const std::vector<Target> path   = is_named ? named_path(options.named, options.dim) : read_path(options.path, options.dim);
+    const std::vector<Target> path =
+        is_named ? named_path(options.named, material, options.dim) : read_path(options.path, options.dim);
     const std::vector<PointRow> rows = follow_path(material, path, options.dim);
     const auto divided               = std::count_if(rows.begin(), rows.end(), [](const PointRow& r) { return r.parts > 1; });
     if (divided > 0)

@@ -390,7 +390,7 @@ const std::vector<std::string>& path_names()
     return names;
 }
 
-std::vector<Target> named_path(const NamedPath& given, int dim)
+std::vector<Target> named_path(const NamedPath& given, const Material& material, int dim)
 {
     NamedPath path         = given;
     const bool is_confined = path.name == "triaxial" || path.name == "undrained";
@@ -404,9 +404,10 @@ std::vector<Target> named_path(const NamedPath& given, int dim)
     std::vector<Target> rows(1);
     if (is_confined) {
         constexpr int parts = 10;  // of the consolidation
+        const double start  = material.law->in_2d.initial_stress(material, Mat<2>::identity())(0, 0);
         for (int k = 1; k <= parts; ++k) {
             Target& t = rows.emplace_back();
-            prescribe_stress(t, 0, dim, -*path.confine * k / parts);
+            prescribe_stress(t, 0, dim, start + (-*path.confine - start) * k / parts);
             t.is_base = k == parts;
         }
     }

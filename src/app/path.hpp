@@ -29,8 +29,9 @@ struct NamedPath {
     double rate = 1.0;  ///< of the strain, 1/s
 };
 const std::vector<std::string>& path_names();
-/// Throws InputError, also if the path does not exist in `dim` dimensions.
-std::vector<Target> named_path(const NamedPath& path, int dim);
+/// For a material, whose stress at the start is where the pressure starts from. Throws InputError, also if the path does not
+/// exist in `dim` dimensions.
+std::vector<Target> named_path(const NamedPath& path, const Material& material, int dim);
 
 /// Columns time and F11, F12, .., F33; S11 instead of F11 prescribes the Cauchy stress, and so on. Throws InputError.
 std::vector<Target> read_path(const std::string& file, int dim);

@@ -126,8 +126,8 @@ struct ShapeInfo {
 };
 const std::vector<ShapeInfo>& shapes();
 
-/// Reads and resolves one material from `key=value` of --set for a problem of `dim` dimensions, with the keys of [[material]]; name
-/// and density have defaults. Throws InputError.
+/// Reads and resolves one material from `key=value` of --set, keys of [[material]], for a problem of `dim` dimensions. Density is
+/// 1000 kg/m^3 by default. Throws InputError.
 std::pair<MaterialInput, Material> read_material(const std::string& model, const std::vector<std::string>& overrides, int dim);
 
 /// The material as TOML with every default.

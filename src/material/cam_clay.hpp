@@ -6,8 +6,8 @@
 
 namespace ordo {
 
-/// p = pr exp(-theta/kappa), s = 2 G dev eps: psi = pr kappa exp(-theta/kappa) + G |dev eps|^2 (Borja & Tamagnini 1998, CMAME 155:73, with
-/// a constant shear modulus). p = -tr(tau)/3 is positive in compression and pr where b_e = I.
+/// p = pr exp(-theta/kappa), s = 2 G dev eps: psi = pr kappa exp(-theta/kappa) + G |dev eps|^2 (Borja & Tamagnini 1998, CMAME
+/// 155:73, with a constant shear modulus). p = -tr(tau)/3 is positive in compression and pr where b_e = I.
 struct CamClayElasticity {
     double reference, kappa, shear;  ///< Pa, 1, Pa
 
@@ -28,8 +28,8 @@ struct CamClayElasticity {
     }
 };
 
-/// f = q^2/M^2 + p (p - pc) in the Kirchhoff stress, associated, d ln pc = -d eps_v^p/(lambda - kappa) (Roscoe & Burland 1968; kappa and
-/// lambda are slopes of ln J over ln p, Butterfield 1979). Elasticity conserves energy.
+/// f = q^2/M^2 + p (p - pc) in the Kirchhoff stress, associated, d ln pc = -d eps_v^p/(lambda - kappa) (Roscoe & Burland 1968;
+/// kappa and lambda are slopes of ln J over ln p, Butterfield 1979). Elasticity conserves energy.
 struct CamClay {
     static constexpr std::string_view name = "cam-clay", what = "modified Cam-Clay, finite strain (Borja & Tamagnini 1998)";
     static constexpr Elasticity elasticity = Elasticity::shear;

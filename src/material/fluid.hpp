@@ -5,10 +5,10 @@
 
 namespace ordo {
 
-/// sigma = -p I + 2 eta dev d with Tait's pressure p = (K/gamma)(J^-gamma - 1), K = rho0 c0^2 (Cole 1948; Monaghan 1994, J. Comput.
-/// Phys. 110:399, eq. 4.1). Bingham: eta grows by yield/max(rate, critical_rate) with the shear rate sqrt(2 dev d : dev d).
-/// d is the logarithmic strain ln(f f^T)/2 of the step over dt: exactly objective, and its trace is that of ln J; first order in the
-/// step. With `tension` false the pressure is never negative.
+/// sigma = -p I + 2 eta dev d with Tait's pressure p = (K/gamma)(J^-gamma - 1), K = rho0 c0^2 (Cole 1948; Monaghan 1994, J.
+/// Comput. Phys. 110:399, eq. 4.1). Bingham: eta grows by yield/max(rate, critical_rate) with the shear rate sqrt(2 dev d : dev
+/// d). d is the logarithmic strain ln(f f^T)/2 of the step over dt: exactly objective, and its trace is that of ln J; first order
+/// in the step. With `tension` false the pressure is never negative.
 struct Fluid {
     static constexpr std::string_view name = "fluid",
                                       what = "weakly compressible fluid: Tait's pressure, Newtonian or Bingham (Monaghan 1994)";

@@ -29,10 +29,10 @@ struct MieGruneisen {
     static double value_of(const Dual<>& x) { return x.value; }
 };
 
-/// f = q - Y in the Kirchhoff stress, Y = (A + B alpha^n)(1 + C ln max(1, alpha'/r0))(1 - T*^m), T* = (T - Tr)/(Tm - Tr) from 0 to 1;
-/// Johnson & Cook (1983). Heat: rho0 c dT = chi q dalpha. All at the end of the step, alpha' = lambda/dt.
-/// Elasticity is Hencky's; with sound_speed, shock_slope and gruneisen the pressure is that of Mie and Gruneisen, and its internal
-/// energy grows by the work of pressure (mean of the step) and of the deviator.
+/// f = q - Y in the Kirchhoff stress, Y = (A + B alpha^n)(1 + C ln max(1, alpha'/r0))(1 - T*^m), T* = (T - Tr)/(Tm - Tr) from 0
+/// to 1; Johnson & Cook (1983). Heat: rho0 c dT = chi q dalpha. All at the end of the step, alpha' = lambda/dt. Elasticity is
+/// Hencky's; with sound_speed, shock_slope and gruneisen the pressure is that of Mie and Gruneisen, and its internal energy grows
+/// by the work of pressure (mean of the step) and of the deviator.
 struct JohnsonCook {
     static constexpr std::string_view name = "johnson-cook",
                                       what = "Johnson-Cook plasticity with adiabatic heating (1983), Mie-Gruneisen pressure";
@@ -160,8 +160,8 @@ struct JohnsonCook {
     {
         return T(elastic.shear) * square(hencky_strain(b).dev);
     }
-    /// Energy and pressure from J to `next`: E_next = E - (p + p_next)(next - J)/2 + plastic work, p_next = cold + G0 (E_next + energy of
-    /// shear), which is linear in E_next.
+    /// Energy and pressure from J to `next`: E_next = E - (p + p_next)(next - J)/2 + plastic work, p_next = cold + G0 (E_next +
+    /// energy of shear), which is linear in E_next.
     template <class T>
     void compress(const T& J, const T& next, const T& shear, const T& work, T* h) const
     {

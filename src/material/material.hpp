@@ -90,7 +90,7 @@ struct Step {
     double dt;    ///< s
 };
 
-/// What limits the time step: the modulus K_t + 4 G/3 of P-waves, Pa, so that c^2 = modulus/rho0, and the dynamic viscosity, Pa s.
+/// What limits the time step: the modulus of P-waves K_t + 4 G/3, Pa, with c^2 = modulus/rho0, and the dynamic viscosity, Pa s.
 struct Stiffness {
     double modulus = 0.0, viscosity = 0.0;
 };

@@ -9,8 +9,8 @@ namespace ordo {
 
 /// Planes of the Mohr-Coulomb pyramid in principal Kirchhoff stresses, tension positive: the shear plane of axes (i, j),
 /// tau_i - tau_j + (tau_i + tau_j) sin phi = 2 c cos phi, with flow of angle psi, and the cut-off tau_i = T, associated.
-/// Returns a trial stress to the face, edge or corner on which it belongs. Exact, because all faces are planes (Clausen, Damkilde &
-/// Andersen 2006, IJNME 66:1795).
+/// Returns a trial stress to the face, edge or corner on which it belongs. Exact, because all faces are planes (Clausen, Damkilde
+/// & Andersen 2006, IJNME 66:1795).
 struct MohrCoulombPyramid {
     double bulk, shear;                     ///< Pa
     double sin_phi, sin_psi, rhs, tension;  ///< rhs = 2 c cos phi; tension may be infinite
@@ -21,8 +21,8 @@ struct MohrCoulombPyramid {
     /// The stress on the pyramid for a sorted trial stress outside. Returns false if no face takes it.
     bool project(const double (&trial)[3], double (&tau)[3]) const
     {
-        // Faces, edges and corners as sets of planes: those of the axes (0, 2), (0, 1), (1, 2), and cut-offs of axes 0, 1, 2. Where
-        // tau_0 = tau_1 = T four planes meet: two sets of three span what returns there. The empty set stands for the apex.
+        // Faces, edges and corners as sets of planes: those of the axes (0, 2), (0, 1), (1, 2), and cut-offs of axes 0, 1, 2.
+        // Where tau_0 = tau_1 = T four planes meet: two sets of three span what returns there. The empty set stands for the apex.
         static constexpr int sets[][3] = {{0, -1, -1}, {3, -1, -1}, {0, 1, -1}, {0, 2, -1}, {0, 3, -1},  {3, 4, -1},
                                           {0, 1, 3},   {0, 3, 4},   {0, 2, 4},  {3, 4, 5},  {-1, -1, -1}};
         const double size              = std::fabs(trial[0]) + std::fabs(trial[2]) + rhs;
@@ -101,8 +101,8 @@ struct MohrCoulombPyramid {
         }
         return std::fmax(wrong, outside(tau));
     }
-    /// The same for the apex, where all shear planes meet. Sorted plastic strains v are in the cone of their flows if they are on the
-    /// inner side of its two faces, whose normals are the edges of the pyramid of angle psi.
+    /// The same for the apex, where all shear planes meet. Sorted plastic strains v are in the cone of their flows if they are on
+    /// the inner side of its two faces, whose normals are the edges of the pyramid of angle psi.
     double violation_of_apex(const double (&trial)[3], double (&tau)[3]) const
     {
         if (!(sin_phi > 0 && sin_psi > 0)) return LawParameter::none;
@@ -278,7 +278,8 @@ struct MohrCoulomb {
                 std::sin(phi),         std::sin(now(&Strength::dilation)),
                 2 * c * std::cos(phi), std::fmin(tension, tension < not_given ? apex : tension)};
     }
-    /// Positive if the state yields: `end` is then the stress on the pyramid, and alpha has grown. Negative if no stress was found.
+    /// Positive if the state yields: `end` is then the stress on the pyramid, and alpha has grown. Negative if no stress was
+    /// found.
     ORDO_CALL int returned(const double (&trial)[3], double (&end)[3], double& alpha) const
     {
         int order[3] = {0, 1, 2};

@@ -43,7 +43,8 @@ struct MooneyRivlin {
         const T first = trace(b), second = T(0.5) * (first * first - square(b));
         return T(c10) * (first - T(3.0)) + T(c01) * (second - T(3.0)) + T(bulk / 2) * volume * volume;
     }
-    /// At large stretch rubber stiffens: K + 4/3 of the shear modulus of the stiffest axis, as Ogden's law with exponents 2 and -2.
+    /// At large stretch rubber stiffens: K + 4/3 of the shear modulus of the stiffest axis, as Ogden's law with exponents 2 and
+    /// -2.
     template <int D>
     Stiffness stiffness(const Mat<D>& F, const double*) const
     {

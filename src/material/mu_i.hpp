@@ -5,7 +5,8 @@
 
 namespace ordo {
 
-/// Hencky's elasticity without tension: grains that are apart (theta > 0) carry no stress; the shear part is for those that touch.
+/// Hencky's elasticity without tension: grains that are apart (theta > 0) carry no stress; the shear part is for those that
+/// touch.
 struct GrainElasticity {
     double bulk, shear;  ///< Pa
 
@@ -22,9 +23,9 @@ struct GrainElasticity {
     }
 };
 
-/// t = sqrt(J2) <= mu(I) p, mu = mu_s + (mu_2 - mu_s)/(I0/I + 1), I = rate d sqrt(rho_s/p) (Jop, Forterre & Pouliquen 2006), without
-/// dilation, in the Kirchhoff stress. The implicit step is a quadratic equation for t (Dunatunga & Kamrin 2015, JFM 779:483): with
-/// rate = (t_tr - t)/(G dt), (t - mu_s p)(a + t_tr - t) = (mu_2 - mu_s) p (t_tr - t), a = I0 G dt sqrt(p/rho_s)/d.
+/// t = sqrt(J2) <= mu(I) p, mu = mu_s + (mu_2 - mu_s)/(I0/I + 1), I = rate d sqrt(rho_s/p) (Jop, Forterre & Pouliquen 2006),
+/// without dilation, in the Kirchhoff stress. The implicit step is a quadratic equation for t (Dunatunga & Kamrin 2015, JFM
+/// 779:483): with rate = (t_tr - t)/(G dt), (t - mu_s p)(a + t_tr - t) = (mu_2 - mu_s) p (t_tr - t), a = I0 G dt sqrt(p/rho_s)/d.
 /// Grains that are apart lose the deviator of b_e and keep its volume, so they touch again where they parted.
 struct MuI {
     static constexpr std::string_view name = "mu-i",

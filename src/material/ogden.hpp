@@ -43,9 +43,9 @@ ORDO_FLAT P divided_power(const P& a, const P& b, double e)
     return choose(close, series, direct);
 }
 
-/// b^e of a symmetric tensor with positive values. Axes are those of the numbers without derivatives; in these axes derivatives of
-/// off-diagonal components count by divided differences (Daleckii & Krein 1965), also where values are equal. So first derivatives
-/// are right, higher ones are not.
+/// b^e of a symmetric tensor with positive values. Axes are those of the numbers without derivatives; in these axes derivatives
+/// of off-diagonal components count by divided differences (Daleckii & Krein 1965), also where values are equal. So first
+/// derivatives are right, higher ones are not.
 template <int D, class T>
 ORDO_FLAT Symmetric<D, T> power(const Symmetric<D, T>& b, double e)
 {

@@ -1,5 +1,5 @@
-// What every law with a state of its own must do, for each law of the list: the same for a turned observer, for eight particles at
-// a time, in 1D and 2D as in 3D, and work = stored + dissipated.
+// What every law with a state of its own must do, for each law of the list: the same for a turned observer, for eight particles
+// at a time, in 1D and 2D as in 3D, and work = stored + dissipated.
 #include "material/laws.hpp"
 #include "support/driven.hpp"
 

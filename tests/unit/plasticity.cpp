@@ -74,8 +74,8 @@ TEST(J2, ElasticShear)
     }
 }
 
-/// Steady shear without hardening: tau_12 = (Y/sqrt 3)/cosh(2 e), tau_11 = (Y/sqrt 3) tanh(2 e), e = Y/(2 sqrt 3 G), in the limit of
-/// small steps.
+/// Steady shear without hardening: tau_12 = (Y/sqrt 3)/cosh(2 e), tau_11 = (Y/sqrt 3) tanh(2 e), e = Y/(2 sqrt 3 G), in the limit
+/// of small steps.
 TEST(J2, SteadyShear)
 {
     const Material m = material_of("j2", {"young=1000", "poisson=0.3", "yield=100"});
@@ -256,8 +256,8 @@ TEST(DruckerPrager, ApexWithoutDilation)
     EXPECT_NEAR(point.column("dissipated"), 0, 1e-15);
 }
 
-/// Slopes of the fits at 30 degrees, and the states they meet: the outer cone the Mohr-Coulomb strength of triaxial compression, the
-/// inner one that of extension.
+/// Slopes of the fits at 30 degrees, and the states they meet: the outer cone the Mohr-Coulomb strength of triaxial compression,
+/// the inner one that of extension.
 TEST(DruckerPrager, Fits)
 {
     const double slopes[3][2] = {{0.692820, 1.2}, {0.494872, 0.857143}, {0.480384, 0.832050}};
@@ -457,8 +457,8 @@ double distance_to_cone(const MohrCoulombPyramid& p, const Eigen::Vector3d& tau,
     return rest.norm();
 }
 
-/// Random trial stresses: the return is inside all planes, and the plastic strain is in the cone of the flows of those on which it
-/// lies; with associated flow this makes it the closest point. Faces, edges and corners all occur.
+/// Random trial stresses: the return is inside all planes, and the plastic strain is in the cone of the flows of those on which
+/// it lies; with associated flow this makes it the closest point. Faces, edges and corners all occur.
 TEST(MohrCoulomb, ReturnsToFacesEdgesAndCorners)
 {
     const double K = 700, G = 400, inf = LawParameter::none;
@@ -569,8 +569,8 @@ std::vector<std::string> with(std::vector<std::string> settings, const std::vect
     return settings;
 }
 
-/// Above the static yield stress alpha' follows from q = Y: alpha' = r0 exp((q/Y_static - 1)/C). A differential equation, without the
-/// implicit step of the law.
+/// Above the static yield stress alpha' follows from q = Y: alpha' = r0 exp((q/Y_static - 1)/C). A differential equation, without
+/// the implicit step of the law.
 RateLawOf rates_of_johnson_cook(const Material& m)
 {
     using P           = JohnsonCook;
@@ -609,7 +609,8 @@ TEST(JohnsonCook, AgreesWithItsRateEquations)
     EXPECT_GT(c.with_events, 150);
 }
 
-/// Rigid-plastic heating with m = 1: 1 - T* = (1 - T0*) exp(-chi (1 + C ln r)(A a + B a^(n+1)/(n+1))/(rho c (Tm - Tr))): 389.987 K.
+/// Rigid-plastic heating with m = 1: 1 - T* = (1 - T0*) exp(-chi (1 + C ln r)(A a + B a^(n+1)/(n+1))/(rho c (Tm - Tr))): 389.987
+/// K.
 TEST(JohnsonCook, HeatsAsRigidPlastic)
 {
     std::vector<std::string> rigid = with(kCopper, {});
@@ -658,8 +659,8 @@ TEST(JohnsonCook, YieldStress)
     EXPECT_LT(std::sqrt(square(deviator(molten.kirchhoff()))), 1e4) << "no strength at the melting temperature";
 }
 
-/// Shocked from rest in one step, copper is on its Hugoniot: p = rho0 c0^2 x/(1 - s x)^2 with E = p x/2 (Rankine and Hugoniot). So
-/// the law must give it whatever Gruneisen's number is.
+/// Shocked from rest in one step, copper is on its Hugoniot: p = rho0 c0^2 x/(1 - s x)^2 with E = p x/2 (Rankine and Hugoniot).
+/// So the law must give it whatever Gruneisen's number is.
 TEST(JohnsonCook, ShockIsOnTheHugoniot)
 {
     for (const char* gruneisen : {"gruneisen=0", "gruneisen=2.02"}) {
@@ -774,8 +775,8 @@ TEST(CamClay, IsotropicCompression)
     EXPECT_NEAR(-trace(elastic.kirchhoff()) / 3, 10 * std::pow(1.331, -20), 1e-14);
 }
 
-/// At constant volume p^kappa pc^(lambda - kappa) stays what it was, at every step, and the end is the critical state q = M p with
-/// p = p0 (R/2)^((lambda - kappa)/lambda), R = pc0/p0, from both sides.
+/// At constant volume p^kappa pc^(lambda - kappa) stays what it was, at every step, and the end is the critical state q = M p
+/// with p = p0 (R/2)^((lambda - kappa)/lambda), R = pc0/p0, from both sides.
 TEST(CamClay, Undrained)
 {
     for (const double pc0 : {12.0, 50.0}) {
