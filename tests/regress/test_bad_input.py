@@ -423,6 +423,8 @@ COMMAND_FAULTS = [
     (["list", "colours"], "colours", "methods"),
     (["bench", "--method", "cpdi"], "cpdi", 'Did you mean "cpdi1"?'),
     (["bench", "--dim", "4"], "--dim", "1"),
+    (["bench", "--material", "j3"], "--material j3", 'Did you mean "j2"?'),
+    (["bench", "--material", "linear-rate-1d"], "model", "exists in 1D only"),
     (["bench", "--particles", "0"], "--particles", "1"),
     (["bench", "--particles", "100", "--steps", "1", "--json", "case.toml/speed.json"], "case.toml/speed.json", "cannot be"),
     (["bench", "--steps", "0"], "--steps", "1"),
