@@ -796,6 +796,11 @@ def main():
     c.add_argument("file", help="what ordo verify --json wrote")
     c.add_argument("-o", "--output", required=True, help="a directory")
 
+    c = commands.add_parser("path", help="stresses, history and energies over the path of `ordo drive`")
+    c.add_argument("file", nargs="+", help="what ordo drive --json wrote")
+    c.add_argument("-o", "--output", required=True)
+    c.add_argument("--over", default="F11", help="time, or a component of F")
+
     o = parser.parse_args()
     try:
         run(o)
@@ -812,8 +817,37 @@ def run(o):
         movie(o.directory, o.output, o.field, View(*o.view), o.dim, o.limits, o.walls, o.fps, o.every)
     elif o.command == "convergence":
         convergence(o.file, o.output)
+    elif o.command == "path":
+        path(o.file, o.output, o.over)
     else:
         summary(o.directory)
+
+
+def path(files, output, over):
+    """Paths of `ordo drive --json`: Cauchy stresses, the scalars of the history, energies."""
+    figure, axes = plt.subplots(1, 3, figsize=(12, 3.4), layout="constrained")
+    for file, line in zip(files, LINES * len(files)):
+        with open(file) as f:
+            result = json.load(f)
+        rows = result["rows"]
+        place = 3 * (int(over[1]) - 1) + int(over[2]) - 1 if over != "time" else None
+        x = [row["time"] if place is None else row["F"][place] for row in rows]
+        label = result["law"] + (f", {os.path.splitext(os.path.basename(file))[0]}" if len(files) > 1 else "")
+        stress = np.array([row["cauchy"] for row in rows])
+        for c, colour in zip((0, 4, 8, 1, 5, 6), COLOURS):
+            if np.any(stress[:, c] != 0):
+                axes[0].plot(x, stress[:, c], line, color=colour, label=f"{'xyz'[c // 3]}{'xyz'[c % 3]}, {label}")
+        for name, colour in zip([n for n in rows[0]["history"] if not n.startswith("elastic_b") and n != "dissipated"], COLOURS):
+            axes[1].plot(x, [row["history"][name] for row in rows], line, color=colour, label=f"{name}, {label}")
+        for name, colour in (("stored", BLUE), ("dissipated", ORANGE)):
+            axes[2].plot(x, [row[name] for row in rows], line, color=colour, label=f"{name}, {label}")
+    for a, title in zip(axes, ("Cauchy stress, Pa", "history", "energy per initial volume, J/m³")):
+        a.set_title(title)
+        a.set_xlabel("time, s" if over == "time" else over)
+        if a.lines:
+            a.legend()
+    figure.savefig(output)
+    plt.close(figure)
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "io/file.hpp"
+#include "io/input.hpp"
 #include "io/message.hpp"
 #include "io/method_names.hpp"
 #include "ordo_version.hpp"
@@ -13,6 +14,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <map>
 #include <new>
 
 namespace ordo::app {
@@ -77,7 +79,7 @@ double other_seconds(const Measurement& m)
 
 std::string title(const Outcome& o)
 {
-    std::string text = fmt::format("{} {}D", o.method, o.task.dim);
+    std::string text = fmt::format("{} {}D, {}", o.method, o.task.dim, o.task.material.law->name);
     for (const std::string& s : o.overrides) text += " " + s;
     return text;
 }
@@ -96,7 +98,7 @@ Json per_particle(const StepWork& work, int particles, double Work::*what)
 Json to_json(const Outcome& o, const Ceilings& ceilings)
 {
     const Measurement& m = o.m;
-    Json json            = {{"method", o.method}, {"dim", o.task.dim}, {"set", o.overrides}};
+    Json json = {{"method", o.method}, {"dim", o.task.dim}, {"material", o.task.material.law->name}, {"set", o.overrides}};
     if (!o.refused.empty()) json["refused"] = o.refused;
     if (!o.failed.empty()) json["failed"] = o.failed;
     if (!o.has_run()) return json;
@@ -207,12 +209,46 @@ void print(const std::string& text)
 
 // ---- the command ----------------------------------------------------------------------------------------------------------
 
+/// The material of the block: Young's modulus 1e6 Pa, density 1000 kg/m^3 or about that stiff, and so weak that it flows from the
+/// first steps on, as a law costs most there.
+Material bench_material(const std::string& law, int dim)
+{
+    static const std::map<std::string, std::vector<std::string>> others{
+        {"linear-rate-1d", {"young=1e6"}},
+        {"fluid", {"sound_speed=30", "viscosity=1e-3"}},
+        {"cam-clay",
+         {"shear=4e5", "swelling_index=0.01", "compression_index=0.1", "critical_slope=1", "reference_pressure=8e3",
+          "preconsolidation=8e3"}},
+        {"ogden", {"bulk=8e5", "moduli=[3e5, -1e5]", "exponents=[2, -2]"}},
+        {"mooney-rivlin", {"bulk=8e5", "c10=1.5e5", "c01=0.5e5"}}};
+    static const std::map<std::string, std::vector<std::string>> more{
+        {"j2", {"yield=1e-3", "hardening=1e5"}},
+        {"drucker-prager", {"friction_angle=30", "dilation_angle=10", "cohesion=1e-3"}},
+        {"mohr-coulomb", {"friction_angle=30", "dilation_angle=10", "cohesion=1e-3"}},
+        {"johnson-cook",
+         {"A=1e-3", "B=1e5", "n=0.5", "C=0.01", "m=1", "reference_rate=1e-3", "reference_temperature=300",
+          "melting_temperature=1000", "specific_heat=1000", "taylor_quinney=0.9"}},
+        {"mu-i",
+         {"friction_static=0.3", "friction_dynamic=0.6", "inertial_number=0.3", "grain_diameter=1e-3", "grain_density=2000"}}};
+    if (!find_law(law)) {
+        std::vector<std::string> names;
+        for (const LawRow& row : laws()) names.emplace_back(row.name);
+        throw InputError(fmt::format("--material {}: there is no such law. {}", law, io::suggestion(law, names)));
+    }
+    std::vector<std::string> settings{"young=1e6", "poisson=0.3"};
+    if (const auto found = others.find(law); found != others.end()) settings = found->second;
+    if (const auto found = more.find(law); found != more.end())
+        settings.insert(settings.end(), found->second.begin(), found->second.end());
+    return io::read_material(law, settings, dim).second;
+}
+
 /// The preset with the axes of --set, which may also be written method.AXIS as in other commands.
 Outcome choose(const BenchOptions& options, const std::string& method, int dim, const BenchTask& task)
 {
     Outcome o{.method = method, .overrides = options.overrides, .task = task, .refused = {}, .failed = {}};
-    o.task.dim    = dim;
-    o.task.method = io::preset_called(method).spec;
+    o.task.dim      = dim;
+    o.task.material = bench_material(options.material, dim);
+    o.task.method   = io::preset_called(method).spec;
     for (const std::string& text : options.overrides) {
         auto [key, value]          = parse_setting(text);
         const bool is_qualified    = key.starts_with("method.");
@@ -252,6 +288,7 @@ int bench_machine(const BenchOptions& options)
 int bench_one(const BenchOptions& options)
 {
     const BenchTask task{.method    = {},
+                         .material  = {},
                          .dim       = 3,
                          .particles = options.particles.value_or(1'000'000),
                          .steps     = options.steps.value_or(20),
@@ -271,6 +308,7 @@ int bench_one(const BenchOptions& options)
 int bench_all(const BenchOptions& options)
 {
     const BenchTask task{.method    = {},
+                         .material  = {},
                          .dim       = 3,
                          .particles = options.particles.value_or(200'000),
                          .steps     = options.steps,

@@ -15,7 +15,7 @@ namespace ordo::app {
 
 namespace {
 
-constexpr double kYoung = 1e6, kPoisson = 0.3, kDensity = 1e3;
+constexpr double kSpeed = 31.6227766016838;  ///< about the speed of sound of all materials, m/s
 
 /// The time step in units of h/c. Taylor least squares need three particles per cell and axis (docs/design.md) and break down
 /// after a few steps with two; so they take tiny steps, which cost the same.
@@ -44,13 +44,13 @@ double seconds_of(F&& f)
 double side_of(const MethodSpec& method) { return needs_full_grid(method) ? 1.0 : 0.75; }
 
 template <int D>
-Model<D> block_model(const MethodSpec& spec, int cells)
+Model<D> block_model(const MethodSpec& spec, const Material& material, int cells)
 {
     Model<D> model{};
     model.method    = spec;
     model.h         = Vec<D>::filled(1.0 / cells);
     model.cells     = Index<D>::filled(cells);
-    model.materials = {elastic_material(find_law("neo-hookean"), kDensity, kYoung, kPoisson)};
+    model.materials = {material};
     model.body_forces.resize(2);
     if (needs_full_grid(spec))
         for (int a = 0; a < D; ++a) add_walls(model, a);
@@ -121,10 +121,10 @@ Measurement run_block(const BenchTask& task)
     const int unit        = needs_full_grid(task.method) ? 4 : 8;   // cells: the block has a whole number of cells
     m.cells_per_axis      = std::max(1, static_cast<int>(std::lround(per_axis / side_of(task.method) / unit))) * unit;
     m.courant_number      = courant_number(task.method);
-    const double dt       = m.courant_number / m.cells_per_axis / std::sqrt(kYoung / kDensity);
+    const double dt       = m.courant_number / m.cells_per_axis / kSpeed;
 
     const Memory memory;
-    const Model<D> model = block_model<D>(task.method, m.cells_per_axis);
+    const Model<D> model = block_model<D>(task.method, task.material, m.cells_per_axis);
     Particles<D> p       = block_particles(model);
     m.particles          = p.count;
     m.setup_bytes        = memory.per_particle(p.count);

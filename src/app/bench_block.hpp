@@ -2,6 +2,7 @@
 #pragma once
 
 #include "app/work.hpp"
+#include "material/material.hpp"
 
 #include <array>
 #include <optional>
@@ -10,6 +11,7 @@ namespace ordo::app {
 
 struct BenchTask {
     MethodSpec method;
+    Material material;  ///< of density 1000 kg/m^3
     int dim       = 3;
     int particles = 0;         ///< approximately
     std::optional<int> steps;  ///< per repetition; default: as many as take about two seconds, at most 20

@@ -6,7 +6,14 @@
 #include <utility>
 #include <vector>
 
+namespace CLI {
+class App;
+}  // namespace CLI
+
 namespace ordo::app {
+
+/// Adds the command `drive`; running it sets the exit code.
+void add_drive(CLI::App& cli, int& result);
 
 struct RunOptions {
     std::string file;
@@ -52,6 +59,7 @@ struct BenchOptions {
     bool all     = false;                ///< every preset
     std::optional<int> dim;              ///< default 3; with `all` 2 and 3
     std::optional<std::string> method;   ///< default mpm
+    std::string material = "neo-hookean";
     std::vector<std::string> overrides;  ///< key=value
     std::optional<int> particles;        ///< default 1e6; with `all` 2e5
     std::optional<int> steps;            ///< default 20; with `all` as many as take about two seconds
@@ -59,7 +67,7 @@ struct BenchOptions {
     std::optional<std::string> json;  ///< file, or - for stdout
 };
 
-/// Times a block of neo-Hookean material for one method or all, or the machine; returns 1 if a run failed.
+/// Times a block of material for one method or all, or the machine; returns 1 if a run failed.
 int bench(const BenchOptions& options);
 
 }  // namespace ordo::app

@@ -129,11 +129,12 @@ void add_verify(CLI::App& cli, CommandLine& line)
 
 void add_bench(CLI::App& cli, CommandLine& line)
 {
-    CLI::App* bench = cli.add_subcommand("bench", "particle-steps per second on a block of neo-Hookean material");
+    CLI::App* bench = cli.add_subcommand("bench", "particle-steps per second on a block of material");
     bench->add_flag("--machine", line.bench.machine, "measure the peak of fused multiply-adds and the memory bandwidth instead");
     bench->add_flag("--all", line.bench.all, "every preset, in 2D and 3D (minutes)");
     bench->add_option("--dim", line.bench.dim, "dimensions; default: 3")->check(CLI::Range(1, 3));
     bench->add_option("--method", line.bench.method, "preset; default: mpm");
+    bench->add_option("--material", line.bench.material, "law of the block, weak enough to flow; default: neo-hookean");
     bench->add_option("--set", line.bench.overrides, "set an axis of the preset, key=value; may be repeated")
         ->allow_extra_args(false);
     bench->add_option("--particles", line.bench.particles, "approximate number; default: 1000000, with --all 200000")
@@ -175,6 +176,7 @@ int dispatch(int argc, char** argv)
     add_list(cli, line);
     add_verify(cli, line);
     add_bench(cli, line);
+    app::add_drive(cli, line.result);
 
     if (argc > 1 && argv[1][0] != '-') require_known_command(cli, argv[1]);
     try {

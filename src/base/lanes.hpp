@@ -211,6 +211,38 @@ ORDO_FLAT inline bool none_negative(const Lanes& a)
 #endif
 }
 
+/// Lane by lane `a` where `condition` is positive, else `b`, also where it is not a number. For kernels that are templates on
+/// their scalar: no lane depends on its neighbours.
+ORDO_FLAT inline Lanes choose(const Lanes& condition, const Lanes& a, const Lanes& b)
+{
+#if !defined(__CUDACC__) && defined(__AVX512F__)
+    return {condition.v > 0 ? a.v : b.v};
+#elif !defined(__CUDACC__)
+    return {condition.lo > 0 ? a.lo : b.lo, condition.hi > 0 ? a.hi : b.hi};
+#else
+    Lanes r = b;
+    for (int k = 0; k < 8; ++k) r.c[k] = condition.c[k] > 0 ? a.c[k] : b.c[k];
+    return r;
+#endif
+}
+ORDO_FLAT constexpr double choose(double condition, double a, double b) { return condition > 0 ? a : b; }
+
+/// Whether any lane is positive.
+ORDO_FLAT inline bool any_positive(const Lanes& a)
+{
+#if !defined(__CUDACC__) && defined(__AVX512F__)
+    return _mm512_cmp_pd_mask(a.v, _mm512_setzero_pd(), _CMP_GT_OQ) != 0;
+#elif !defined(__CUDACC__) && defined(__AVX2__)
+    const auto is = [](Lanes::Half h) { return _mm256_movemask_pd(_mm256_cmp_pd(h, _mm256_setzero_pd(), _CMP_GT_OQ)); };
+    return (is(a.lo) | is(a.hi)) != 0;
+#else
+    bool r = false;
+    for (int k = 0; k < 8; ++k) r = r || a[k] > 0;
+    return r;
+#endif
+}
+ORDO_FLAT constexpr bool any_positive(double a) { return a > 0; }
+
 /// The largest lane.
 ORDO_FLAT inline double largest(const Lanes& a)
 {

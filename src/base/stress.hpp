@@ -73,14 +73,19 @@ ORDO_FLAT constexpr T trace(const Stress<D, T>& s)
     return s.c[0] + s.c[1] + s.c[2];
 }
 
-/// s : s, over all components.
+/// a : b, over all components.
+template <int D, class T>
+ORDO_FLAT constexpr T ddot(const Stress<D, T>& a, const Stress<D, T>& b)
+{
+    T normal(0), shear(0);
+    for (int k = 0; k < 3; ++k) normal += a.c[k] * b.c[k];
+    for (int k = 3; k < Stress<D, T>::size; ++k) shear += a.c[k] * b.c[k];
+    return normal + T(2) * shear;
+}
 template <int D, class T>
 ORDO_FLAT constexpr T square(const Stress<D, T>& s)
 {
-    T normal(0), shear(0);
-    for (int k = 0; k < 3; ++k) normal += s.c[k] * s.c[k];
-    for (int k = 3; k < Stress<D, T>::size; ++k) shear += s.c[k] * s.c[k];
-    return normal + T(2) * shear;
+    return ddot(s, s);
 }
 
 }  // namespace ordo

@@ -91,6 +91,84 @@ const Section<TimeInput>& time_section()
     return s;
 }
 
+// clang-format on
+
+/// The elastic constant of laws that take no pair, "" for none; null for laws that take a pair.
+const char* elastic_constant(Elasticity e)
+{
+    switch (e) {
+    case Elasticity::isotropic: return nullptr;
+    case Elasticity::young: return "young";
+    case Elasticity::bulk: return "bulk";
+    case Elasticity::shear: return "shear";
+    case Elasticity::none: return "";
+    }
+    return nullptr;
+}
+
+/// The elastic constants of laws that take no pair, in words.
+std::string other_elasticity()
+{
+    std::string r;
+    for (const LawRow& law : laws())
+        if (const char* one = elastic_constant(law.elasticity))
+            r += fmt::format("{}{} takes {}", r.empty() ? "" : ", ", law.name, *one ? std::string(one) + " alone" : "none");
+    return r;
+}
+
+/// The default of a parameter, in words; empty if it has none.
+std::string default_text(const LawParameter& p)
+{
+    if (!p.fallback_of.empty()) return std::string(p.fallback_of);
+    if (p.fallback == LawParameter::required) return "";
+    if (p.fallback == LawParameter::none) return "none";
+    if (p.kind == ParameterKind::flag) return p.fallback > 0 ? "true" : "false";
+    if (p.kind == ParameterKind::word) return to_toml(std::string(p.choices[static_cast<std::size_t>(p.fallback)]));
+    return fmt::format("{}", p.fallback);
+}
+
+/// The key of a parameter of a law.
+KeyInfo key_of(const LawParameter& p, const LawRow& law)
+{
+    constexpr double all = 1e300;  // stands for no limit in LawParameter
+    KeyInfo info{.name         = std::string(p.name),
+                 .what         = fmt::format("{}, of {}", p.what, law.name),
+                 .unit         = std::string(p.unit),
+                 .default_text = default_text(p),
+                 .open_min     = p.open_min};
+    const bool is_number = p.kind == ParameterKind::number || p.kind == ParameterKind::numbers;
+    if (is_number && p.min > -all) info.min = p.min;
+    if (is_number && p.max < all) info.max = p.max;
+    for (const std::string_view& choice : p.choices)
+        if (!choice.empty()) info.choices.emplace_back(choice);
+    return info;
+}
+
+/// Adds a key for a parameter of a law. Laws may share a name: then the key allows what any of them does, and
+/// resolve_material checks what the law of the material allows.
+void add_parameter(Section<MaterialInput>& section, const LawParameter& p, const LawRow& law)
+{
+    KeyInfo info = key_of(p, law);
+    for (auto& key : section.keys)
+        if (key.info.name == info.name) {
+            KeyInfo& both = key.info;
+            both.what += "; " + info.what;
+            if (both.default_text != info.default_text) both.default_text = "depends on the model";
+            both.open_min = info.min < both.min ? info.open_min : both.open_min && (info.open_min || info.min > both.min);
+            both.min      = std::min(both.min, info.min);
+            both.max      = std::max(both.max, info.max);
+            return;
+        }
+    auto add = [&](Member<MaterialInput> member) { section.keys.push_back({member, std::move(info)}); };
+    switch (p.kind) {
+    case ParameterKind::number: return add(&MaterialInput::parameters);
+    case ParameterKind::numbers: return add(&MaterialInput::lists);
+    case ParameterKind::word: return add(&MaterialInput::words);
+    case ParameterKind::flag: return add(&MaterialInput::flags);
+    }
+}
+
+// clang-format off
 const Section<MaterialInput>& material_section()
 {
     static const Section<MaterialInput> s = [] {
@@ -98,8 +176,8 @@ const Section<MaterialInput>& material_section()
         for (const LawRow& law : laws()) models.emplace_back(law.name);
         Section<MaterialInput> section{
             .name = "material",
-            .what = "A material. Elastic constants come as one pair: young and poisson, lambda and mu, or bulk and shear; "
-                    "linear-rate-1d takes young alone.",
+            .what = "A material. Elastic constants come as one pair: young and poisson, lambda and mu, or bulk and shear; " +
+                    other_elasticity() + ".",
             .repeated = true,
             .keys = {
                 {&MaterialInput::name, {.name = "name", .what = "name, to which bodies refer", .required = true}},
@@ -116,10 +194,7 @@ const Section<MaterialInput>& material_section()
                 {&MaterialInput::bulk, {.name = "bulk", .what = "bulk modulus", .unit = "Pa", .min = 0, .open_min = true}},
                 {&MaterialInput::shear, {.name = "shear", .what = "shear modulus", .unit = "Pa", .min = 0, .open_min = true}}}};
         for (const LawRow& law : laws())
-            for (const LawParameter& p : law.parameters)
-                section.keys.push_back({&MaterialInput::parameters, {.name = std::string(p.name),
-                    .what = fmt::format("{}, of {}", p.what, law.name), .unit = std::string(p.unit), .min = p.min,
-                    .max = p.max}});
+            for (const LawParameter& p : law.parameters) add_parameter(section, p, law);
         return section;
     }();
     return s;
@@ -585,9 +660,13 @@ void resolve_elasticity(const MaterialInput& in, const LawRow& law, Material& m)
         if (is) names += (count++ ? ", " : "") + std::string(name);
     if (count == 0) names = "none";
 
-    if (law.elasticity == Elasticity::young) {
-        if (count != 1 || !in.young) in.fail("model", fmt::format("{} takes young alone (got {})", law.name, names));
-        m.mu = *in.young / 2;
+    if (const char* only = elastic_constant(law.elasticity)) {
+        if (names != (*only ? only : "none"))
+            in.fail("model", fmt::format("{} takes {} (got {})", law.name,
+                                         *only ? fmt::format("{} alone", only) : "no elastic constants but its own", names));
+        if (law.elasticity == Elasticity::young) m.mu = *in.young / 2;
+        if (law.elasticity == Elasticity::bulk) m.lambda = *in.bulk;
+        if (law.elasticity == Elasticity::shear) m.mu = *in.shear;
         return;
     }
     if (count == 2 && in.young && in.poisson) {
@@ -615,19 +694,119 @@ void resolve_elasticity(const MaterialInput& in, const LawRow& law, Material& m)
 /// Throws if an output field is a history column that no material of the case carries.
 void require_carried(const CaseInput& c)
 {
-    auto carries = [](const LawRow& law, const std::string& name) {
+    auto carries = [](const LawRow& law, const std::string& name, int dim = 3) {
         return std::any_of(law.history.begin(), law.history.end(),
-                           [&](const HistoryColumn& column) { return column.name == name; });
+                           [&](const HistoryColumn& column) { return column.name == name && column.min_dim <= dim; });
     };
     for (const std::string& f : c.output.fields) {
         const bool is_column = std::any_of(laws().begin(), laws().end(), [&](const LawRow& law) { return carries(law, f); });
         const bool is_there  = std::any_of(c.resolved_materials.begin(), c.resolved_materials.end(),
-                                           [&](const Material& m) { return carries(*m.law, f); });
+                                           [&](const Material& m) { return carries(*m.law, f, c.grid.dim); });
         if (is_column && !is_there) c.output.fail("fields", "no material of the case carries \"" + f + "\"");
     }
 }
 
-Material resolve_material(const MaterialInput& in, int dim)
+/// Throws if a number is outside the range of a parameter: keys that laws share allow what any of them does.
+void require_in_range(const MaterialInput& in, const LawRow& law, const LawParameter& p, double value)
+{
+    const bool is_low = p.open_min ? !(value > p.min) : !(value >= p.min);
+    if (!is_low && value <= p.max) return;
+    std::string range =
+        is_low ? fmt::format("{} {}", p.open_min ? "above" : "at least", p.min) : fmt::format("at most {}", p.max);
+    if (is_low && p.min == 0) range = p.open_min ? "positive" : "zero or positive";
+    in.fail(std::string(p.name), fmt::format("must be {} for {} (got {})", range, law.name, value));
+}
+
+/// The numbers of a list; places that are not used hold `none`.
+void resolve_list(const MaterialInput& in, const LawRow& law, const LawParameter& p, double* places)
+{
+    std::fill_n(places, p.places(), LawParameter::none);
+    const auto found = in.lists.find(std::string(p.name));
+    if (found == in.lists.end()) return;
+    const std::vector<double>& values = found->second;
+    if (values.empty() || static_cast<int>(values.size()) > p.most)
+        in.fail(std::string(p.name), fmt::format("must have 1 to {} numbers (got {})", p.most, values.size()));
+    for (const double v : values) require_in_range(in, law, p, v);
+    std::copy(values.begin(), values.end(), places);
+}
+
+/// Whether the input gives a parameter; fills in the default of one that it does not give.
+bool has_parameter(MaterialInput& in, const LawParameter& p, const Material& m)
+{
+    const std::string name(p.name);
+    if (in.has(name)) return true;
+    if (!p.fallback_of.empty()) {
+        int place = 0;
+        for (const LawParameter& other : m.law->parameters) {
+            if (other.name == p.fallback_of) in.parameters[name] = m.parameters[static_cast<std::size_t>(place)];
+            place += other.places();
+        }
+        return true;
+    }
+    if (p.fallback == LawParameter::none || p.fallback == LawParameter::required) return false;
+    if (p.kind == ParameterKind::number) in.parameters[name] = p.fallback;
+    if (p.kind == ParameterKind::flag) in.flags[name] = p.fallback > 0;
+    if (p.kind == ParameterKind::word) in.words[name] = p.choices[static_cast<std::size_t>(p.fallback)];
+    return true;
+}
+
+/// The number of a parameter that is given.
+double number_of(const MaterialInput& in, const LawParameter& p, const LawRow& law)
+{
+    const std::string name(p.name);
+    switch (p.kind) {
+    case ParameterKind::flag: return in.flags.at(name) ? 1.0 : 0.0;
+    case ParameterKind::word:
+        return static_cast<double>(std::find(p.choices.begin(), p.choices.end(), in.words.at(name)) - p.choices.begin());
+    case ParameterKind::number:
+    case ParameterKind::numbers: break;
+    }
+    const double value = in.parameters.at(name);
+    if (in.has(name)) require_in_range(in, law, p, value);
+    return value;
+}
+
+/// Throws if the input has a parameter that the law does not have.
+void require_own_parameters(const MaterialInput& in, const LawRow& law)
+{
+    auto require_own = [&](const auto& given) {
+        for (const auto& one : given)
+            if (std::none_of(law.parameters.begin(), law.parameters.end(),
+                             [&](const LawParameter& p) { return p.name == one.first; }))
+                in.fail(one.first, fmt::format("is not a parameter of {}; remove it", law.name));
+    };
+    require_own(in.parameters);
+    require_own(in.words);
+    require_own(in.flags);
+    require_own(in.lists);
+}
+
+void resolve_parameters(MaterialInput& in, Material& m)
+{
+    require_own_parameters(in, *m.law);
+    std::size_t place = 0;
+    for (const LawParameter& p : m.law->parameters) {
+        const bool is_there = has_parameter(in, p, m);
+        if (!is_there && p.is_required())
+            in.fail("model", fmt::format("{} needs {} ({}{})", m.law->name, p.name, p.what,
+                                         p.unit.empty() ? "" : fmt::format(", {}", p.unit)));
+        if (p.kind == ParameterKind::numbers)
+            resolve_list(in, *m.law, p, &m.parameters[place]);
+        else
+            m.parameters[place] = is_there ? number_of(in, p, *m.law) : LawParameter::none;
+        place += static_cast<std::size_t>(p.places());
+    }
+    const BadParameter bad = m.law->check ? m.law->check(m) : BadParameter{};
+    if (!bad.name.empty()) {
+        const auto number = in.parameters.find(std::string(bad.name));
+        in.fail(std::string(bad.name),
+                number == in.parameters.end() ? std::string(bad.why) : fmt::format("{} (got {})", bad.why, number->second));
+    }
+    if (m.law->complete) m.law->complete(m);
+}
+
+/// Fills the defaults of the input.
+Material resolve_material(MaterialInput& in, int dim)
 {
     if (in.name.empty()) in.fail("name", "must not be empty; bodies refer to their material by name");
     const LawRow& law = *find_law(in.model);
@@ -635,18 +814,7 @@ Material resolve_material(const MaterialInput& in, int dim)
         in.fail("model", fmt::format("{} exists in {}D only (dim = {}); use jaumann-elastic", law.name, law.max_dim, dim));
     Material m{&law, in.density};
     resolve_elasticity(in, law, m);
-    std::size_t used = 0;
-    for (const LawParameter& p : law.parameters) {
-        const auto found = in.parameters.find(std::string(p.name));
-        if (found == in.parameters.end())
-            in.fail("model", fmt::format("{} needs {} ({}{})", law.name, p.name, p.what,
-                                         p.unit.empty() ? "" : fmt::format(", {}", p.unit)));
-        m.parameters[used++] = found->second;
-    }
-    for (const auto& given : in.parameters)
-        if (std::none_of(law.parameters.begin(), law.parameters.end(),
-                         [&](const LawParameter& p) { return p.name == given.first; }))
-            in.fail(given.first, fmt::format("is not a parameter of {}", law.name));
+    resolve_parameters(in, m);
     return m;
 }
 
@@ -888,7 +1056,7 @@ void validate_materials_and_bodies(CaseInput& c, const std::filesystem::path& fi
     if (c.materials.empty()) fail(top, "material", "is missing; the case needs at least one [[material]]");
     if (c.bodies.empty()) fail(top, "body", "is missing; the case needs at least one [[body]]");
     require_unique_names(c.materials, "material");
-    for (const MaterialInput& m : c.materials) c.resolved_materials.push_back(resolve_material(m, dim));
+    for (MaterialInput& m : c.materials) c.resolved_materials.push_back(resolve_material(m, dim));
     for (std::size_t k = 0; k < c.bodies.size(); ++k) {
         BodyInput& b = c.bodies[k];
         validate_body(b, static_cast<int>(k), dim, c);
@@ -1031,6 +1199,24 @@ std::string echo_region(const BoundaryInput& b)
     for (const char c : text.substr(0, text.size() - 1)) line += c == '\n' ? std::string(", ") : std::string(1, c);
     return "region = {" + line + "}\n";
 }
+
+std::pair<MaterialInput, Material> read_material(const std::string& model, const std::vector<std::string>& overrides, int dim)
+{
+    toml::table table;
+    for (const std::string& o : overrides) apply_override(table, o);
+    for (const char* key : {"name", "model"})
+        if (table.contains(key)) throw InputError(fmt::format("--set {}: is not a parameter of the law; remove it", key));
+    table.insert("name", "driven");
+    table.insert("model", model);
+    if (!table.contains("density")) table.insert("density", 1000.0);
+    MaterialInput in;
+    read_table(material_section(), table, "", dim, in);
+    in.place         = {"--set", 0, 0};
+    const Material m = resolve_material(in, dim);
+    return {std::move(in), m};
+}
+
+std::string echo_material(const MaterialInput& input) { return echo(material_section(), input); }
 
 std::string echo_case(const CaseInput& c)
 {

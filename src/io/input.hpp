@@ -35,6 +35,9 @@ struct MaterialInput : Located {
     double density    = 0.0;
     std::optional<double> young, poisson, lambda, mu, bulk, shear;
     Numbers parameters;  ///< of the model, by key
+    Words words;
+    Flags flags;
+    Lists lists;
 };
 
 struct ShapeInput : Located {
@@ -141,6 +144,13 @@ struct ShapeInfo {
     int min_dim, max_dim;
 };
 const std::vector<ShapeInfo>& shapes();
+
+/// Reads and resolves one material from `key=value` of --set, keys of [[material]], for a problem of `dim` dimensions. Density is
+/// 1000 kg/m^3 by default. Throws InputError.
+std::pair<MaterialInput, Material> read_material(const std::string& model, const std::vector<std::string>& overrides, int dim);
+
+/// The material as TOML with every default.
+std::string echo_material(const MaterialInput& input);
 
 /// Reads a case, applies overrides (`key=value`) and validates it. Throws InputError.
 CaseInput read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides);

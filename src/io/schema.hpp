@@ -85,12 +85,14 @@ struct KeyInfo {
 /// Numbers and words by their keys, for keys that come from tables: parameters of laws, axes of methods.
 using Numbers = std::map<std::string, double>;
 using Words   = std::map<std::string, std::string>;
+using Flags   = std::map<std::string, bool>;
+using Lists   = std::map<std::string, std::vector<double>>;
 
 template <class Owner>
 using Member =
     std::variant<double Owner::*, std::optional<double> Owner::*, int Owner::*, std::optional<int> Owner::*, bool Owner::*,
                  std::string Owner::*, std::vector<double> Owner::*, std::vector<int> Owner::*, std::vector<std::string> Owner::*,
-                 std::vector<Expression> Owner::*, Numbers Owner::*, Words Owner::*>;
+                 std::vector<Expression> Owner::*, Numbers Owner::*, Words Owner::*, Flags Owner::*, Lists Owner::*>;
 
 template <class Owner>
 struct Key {
@@ -210,6 +212,8 @@ inline std::string to_toml(int value) { return fmt::format("{}", value); }
 inline std::string to_toml(bool value) { return value ? "true" : "false"; }
 std::string to_toml(const Expression& value);
 template <class T>
+std::string to_toml(const std::vector<T>& values);
+template <class T>
 std::string to_toml(const std::optional<T>& value)
 {
     return value ? to_toml(*value) : "";
@@ -273,6 +277,8 @@ std::string reference(const Section<Owner>& section)
         std::string operator()(std::vector<Expression> Owner::*) const { return "numbers or expressions"; }
         std::string operator()(Numbers Owner::*) const { return "number"; }
         std::string operator()(Words Owner::*) const { return "string"; }
+        std::string operator()(Flags Owner::*) const { return "boolean"; }
+        std::string operator()(Lists Owner::*) const { return "numbers"; }
     };
     std::string text     = fmt::format("## {}\n\n{}\n\n| key | type | default | unit | meaning |\n|---|---|---|---|---|\n",
                                    section.name.empty() ? "Top level" : "`" + section.header() + "`", section.what);

@@ -30,7 +30,7 @@ ORDO_FLAT inline Batch batch_of_material(const std::int32_t* material, int first
 template <Law L, int D>
 void update_stress(const Sweep<D>& sweep, const LawRow& row, const int* columns, int begin, int end, TileReport& out)
 {
-    constexpr int columns_of_law = static_cast<int>(L::history.size());
+    constexpr int columns_of_law = column_count(L::history, D);
     const Sweep<D> s             = sweep;
     TileReport report            = out;
     Batch b{};
@@ -47,7 +47,14 @@ void update_stress(const Sweep<D>& sweep, const LawRow& row, const int* columns,
             const Mat<D, Lanes> G = load(s.increments, Batch{b.first - s.increment_first, b.count});
             Lanes history[columns_of_law + 1];  // C++ has no arrays of length 0
             for (int k = 0; k < columns_of_law; ++k) history[k] = load(s.p.history[columns[k]].data(), b);
-            sigma = law.update(Step<D, Lanes>{F, G, s.dt}, load(s.p.sigma, b), history);
+            const Step<D, Lanes> step{F, G, s.dt};
+            if constexpr (Inelastic<L>) {
+                Lanes fault(0.0);
+                sigma = law.update(step, history, fault);
+                report_lanes(-1.0 * fault, b, report, [](int) { return Fault::not_solved; });
+            } else {
+                sigma = law.update(step, load(s.p.sigma, b), history);
+            }
             for (int k = 0; k < columns_of_law; ++k) store(s.p.history[columns[k]].data(), b, history[k]);
         }
         store(s.p.sigma, b, sigma);

@@ -25,7 +25,7 @@ struct Sweep {
     bool is_past        = false;  ///< F follows the previous step: x^n is the end of that step, not its start
 };
 
-enum class Fault { none, not_finite, inverted, left_grid, domain_turned, domain_too_wide };
+enum class Fault { none, not_finite, inverted, left_grid, domain_turned, domain_too_wide, not_solved };
 
 /// What a tile reports on the motion of its particles. Reduced in tile order, so it is the same for any number of threads.
 struct TileReport {

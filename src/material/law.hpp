@@ -11,14 +11,6 @@ namespace ordo {
 using NoParameters = std::array<LawParameter, 0>;
 using NoHistory    = std::array<HistoryColumn, 0>;
 
-/// The deformation in a step, for laws.
-template <int D, class T = double>
-struct Step {
-    Mat<D, T> F;  ///< deformation gradient after the step
-    Mat<D, T> G;  ///< displacement gradient of the step with respect to its start: F = (I + G) F_old
-    double dt;    ///< s
-};
-
 /// What every law has: a name, a description, its elastic constants, parameters and history columns, the largest dimension
 /// in which it exists, and `of`, which makes the law from a material.
 template <class L>
@@ -83,7 +75,51 @@ concept RateLaw = Incremental<L> && requires(const L law, const Stress<1>& sigma
         } -> std::same_as<Stress<1>>;
 };
 
+/// Stress is a function of F and of a state that particles carry as history, such as the elastic part of the deformation.
+/// `start` sets the history at a deformation F. `update` changes it in a step and returns the stress; it sets `fault` to a
+/// positive number where its equations were not solved. `stress` is the stress at a state without rates, `energy` the stored
+/// energy per initial volume, J/m^D. What is lost to heat is summed in a column `dissipated`, per initial volume.
 template <class L>
-concept Law = Hyperelastic<L> || Incremental<L>;
+concept Inelastic = DescribedLaw<L> && requires(const L law, const Step<1>& step, const Mat<1>& F, double* history, double& fault)
+{
+    law.start(F, history);
+    {
+        law.update(step, history, fault)
+        } -> std::same_as<Stress<1>>;
+    {
+        law.stress(F, history)
+        } -> std::same_as<Stress<1>>;
+    {
+        law.energy(F, history)
+        } -> std::same_as<double>;
+};
+
+/// A law whose waves become faster or slower, or that is viscous; others have the stiffness of their elastic constants.
+template <class L>
+concept ChangesStiffness = requires(const L law, const Mat<1>& F, const double* history)
+{
+    {
+        law.stiffness(F, history)
+        } -> std::same_as<Stiffness>;
+};
+
+/// A law that finds parameters which do not go together.
+template <class L>
+concept ChecksParameters = requires(const Material& m)
+{
+    {
+        L::check(m)
+        } -> std::same_as<BadParameter>;
+};
+
+/// A law that makes elastic constants or parameters from others, once, after `check`.
+template <class L>
+concept CompletesMaterial = requires(Material& m)
+{
+    L::complete(m);
+};
+
+template <class L>
+concept Law = Hyperelastic<L> || Incremental<L> || Inelastic<L>;
 
 }  // namespace ordo

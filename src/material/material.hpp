@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <string_view>
 
@@ -16,44 +17,98 @@ struct LawRow;
 
 /// A law and its numbers. SI units.
 struct Material {
-    static constexpr int most_parameters = 16, most_history = 16;
+    static constexpr int most_parameters = 32, most_history = 32;
 
     const LawRow* law = nullptr;
     double density    = 0.0;  ///< initial density, kg/m^3 (kg/m^2 in 2D, kg/m in 1D, per unit depth)
     double lambda     = 0.0;  ///< first Lame constant at rest, Pa; zero if the law has only Young's modulus
     double mu         = 0.0;  ///< shear modulus at rest, Pa; half of Young's modulus if the law has only that
-    std::array<double, most_parameters> parameters{};  ///< parameters of the law, in its order
+    std::array<double, most_parameters> parameters{};  ///< parameters of the law, in its order; a list takes `most` places
 
     /// lambda + 2 mu, Pa; E if the law has only Young's modulus.
     double p_wave_modulus() const { return lambda + 2 * mu; }
-    /// sqrt((lambda + 2 mu)/rho0), m/s.
+    /// sqrt((lambda + 2 mu)/rho0) at rest, m/s. Laws that stiffen say more: LawFunctions::stiffness.
     double wave_speed() const { return std::sqrt(p_wave_modulus() / density); }
+    /// lambda + 2 mu/3, Pa.
+    double bulk_modulus() const { return lambda + 2.0 / 3.0 * mu; }
 
     bool operator==(const Material&) const = default;
 };
 
+/// What the input gives for a parameter: a number, a list of numbers, one of some words (held as its place among them), or true
+/// or false (held as 1 or 0).
+enum class ParameterKind { number, numbers, word, flag };
+
 /// A parameter of a law in addition to its elastic constants, and a key of [[material]].
 struct LawParameter {
+    static constexpr double none     = std::numeric_limits<double>::infinity();  ///< stands for a number that is not given
+    static constexpr double required = -none;                                    ///< the default of what has none
+
     std::string_view name, unit, what;
     double min = 0.0, max = 1e300;
+    double fallback                         = required;  ///< the default
+    std::string_view fallback_of            = {};        ///< or the earlier parameter whose value is the default
+    bool open_min                           = false;     ///< min itself is excluded
+    ParameterKind kind                      = ParameterKind::number;
+    int most                                = 1;   ///< of a list: how many numbers it may have
+    std::array<std::string_view, 3> choices = {};  ///< of a word
+
+    constexpr int places() const { return kind == ParameterKind::numbers ? most : 1; }
+    constexpr bool is_required() const { return fallback == required && fallback_of.empty(); }
 };
 
-/// A number that a law carries with each particle. Laws share columns of the same name.
+/// A number that a law carries with each particle. Laws share columns of the same name. A column of a tensor component that
+/// exists only from 2D or 3D on has `min_dim`; columns without it stand first.
 struct HistoryColumn {
     std::string_view name, what;
     double initial = 0.0;
+    int min_dim    = 1;
 };
 
-/// Which elastic constants the input gives.
-enum class Elasticity { isotropic, young };
+/// How many of the columns there are in D dimensions.
+template <class Columns>
+constexpr int column_count(const Columns& columns, int dim)
+{
+    int n = 0;
+    for (const HistoryColumn& c : columns) n += c.min_dim <= dim;
+    return n;
+}
+
+/// A parameter that does not go with the others: its name, empty if all are good, and why.
+struct BadParameter {
+    std::string_view name = {}, why = {};
+};
+
+/// Which elastic constants the input gives: a pair, Young's modulus, the bulk or the shear modulus alone, or none.
+enum class Elasticity { isotropic, young, bulk, shear, none };
+
+/// The deformation in a step, for laws.
+template <int D, class T = double>
+struct Step {
+    Mat<D, T> F;  ///< deformation gradient after the step
+    Mat<D, T> G;  ///< displacement gradient of the step with respect to its start: F = (I + G) F_old
+    double dt;    ///< s
+};
+
+/// What limits the time step: the modulus of P-waves K_t + 4 G/3, Pa, with c^2 = modulus/rho0, and the dynamic viscosity, Pa s.
+struct Stiffness {
+    double modulus = 0.0, viscosity = 0.0;
+};
 
 /// What methods need of a law in one dimension; null if it does not exist there.
 template <int D>
 struct LawFunctions {
     /// The initial stress at a deformation F, Pa; zero for incremental laws.
     Stress<D> (*initial_stress)(const Material&, const Mat<D>& F) = nullptr;
+    /// Sets the history at the start, at a deformation F.
+    void (*start)(const Material&, const Mat<D>& F, double* history) = nullptr;
+    /// The stress, Pa, after a step of one particle that had stress sigma, and its history. `fault` becomes positive where the
+    /// equations of the law were not solved.
+    Stress<D> (*update)(const Material&, const Step<D>& step, const Stress<D>& sigma, double* history, double& fault) = nullptr;
     /// sigma' at a velocity gradient L, Pa/s; zero for hyperelastic laws, null for laws that Runge-Kutta stages cannot integrate.
     Stress<D> (*stress_rate)(const Material&, const Stress<D>& sigma, const Mat<D>& L) = nullptr;
+    /// The current stiffness; null where that is the one at rest, without viscosity.
+    Stiffness (*stiffness)(const Material&, const Mat<D>& F, const double* history) = nullptr;
     /// Stored energy, J, of one particle or of eight, of volume V (initial V0).
     double (*energy)(const Material&, const Mat<D>& F, const Stress<D>& sigma, double V0, double V,
                      const double* history)                        = nullptr;
@@ -69,6 +124,10 @@ struct LawRow {
     bool is_hyperelastic;  ///< stress is a function of F
     std::span<const LawParameter> parameters;
     std::span<const HistoryColumn> history;
+    /// Finds parameters that do not go together; null for laws that take all.
+    BadParameter (*check)(const Material&);
+    /// Then sets the elastic constants and parameters that follow from others; null if there are none.
+    void (*complete)(Material&);
     LawFunctions<1> in_1d;
     LawFunctions<2> in_2d;
     LawFunctions<3> in_3d;

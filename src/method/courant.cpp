@@ -86,6 +86,50 @@ const Instability* instability_of(const MethodSpec& s)
 
 namespace {
 
+/// Wave speeds, m/s, and kinematic viscosities, m^2/s, of particles at their current states.
+template <int D>
+class Speeds {
+  public:
+    Speeds(const Model<D>& model, const Particles<D>& p) : model_(model), p_(p)
+    {
+        for (const Material& m : model.materials) {
+            std::vector<const double*>& columns = columns_.emplace_back();
+            at_rest_.push_back(m.wave_speed());
+            is_constant_ = is_constant_ && !m.law->in<D>().stiffness;
+            for (const HistoryColumn& c : m.law->history.first(column_count(m.law->history, D)))
+                columns.push_back(p.history[p.history_column(c.name)].data());
+        }
+    }
+
+    /// Whether all materials keep the speeds that they have at rest, and none is viscous.
+    bool is_constant() const { return is_constant_; }
+    double wave(std::ptrdiff_t i) const
+    {
+        const Material& m = model_.materials[p_.material[i]];
+        return m.law->in<D>().stiffness ? std::sqrt(of(m, i).modulus / m.density) : at_rest_[p_.material[i]];
+    }
+    double viscosity(std::ptrdiff_t i) const
+    {
+        const Material& m = model_.materials[p_.material[i]];
+        return m.law->in<D>().stiffness ? of(m, i).viscosity * p_.V[i] / p_.m[i] : 0.0;
+    }
+
+  private:
+    Stiffness of(const Material& m, std::ptrdiff_t i) const
+    {
+        double history[Material::most_history];
+        int k = 0;
+        for (const double* column : columns_[p_.material[i]]) history[k++] = column[i];
+        return m.law->in<D>().stiffness(m, p_.F[i], history);
+    }
+
+    const Model<D>& model_;
+    const Particles<D>& p_;
+    std::vector<std::vector<const double*>> columns_;  ///< [material]
+    std::vector<double> at_rest_;                      ///< [material]
+    bool is_constant_ = true;
+};
+
 /// The shortest time in which a wave crosses a cell, s: h over (P-wave speed + |v|) for particles that spread to the grid, and
 /// 2/w of enriched cells, see enriched_time_step.
 template <int D>
@@ -93,17 +137,32 @@ double crossing_time(const Model<D>& model, const Particles<D>& particles)
 {
     const double enriched = enriched_time_step(model, particles);
     if (model.method.enrichment == Enrichment::all) return enriched;
-    std::vector<double> c;
-    for (const Material& m : model.materials) c.push_back(m.wave_speed());
+    const Speeds<D> speeds(model, particles);
     const double rate = parallel_reduce(
         particles.count, 0.0,
         [&](std::ptrdiff_t i) {
-            double r = 0.0;
-            for (int a = 0; a < D; ++a) r = std::max(r, (c[particles.material[i]] + norm(particles.v[i])) / model.h[a]);
+            const double speed = speeds.wave(i) + norm(particles.v[i]);
+            double r           = 0.0;
+            for (int a = 0; a < D; ++a) r = std::max(r, speed / model.h[a]);
             return r;
         },
         [](double& total, double r) { total = std::max(total, r); });
     return std::min(enriched, rate > 0 ? 1 / rate : std::numeric_limits<double>::infinity());
+}
+
+/// The largest stable step of explicit viscous forces, s: rho/(2 eta sum 1/h^2), the limit of central differences in space.
+template <int D>
+double viscous_time_step(const Model<D>& model, const Particles<D>& particles)
+{
+    constexpr double no_limit = std::numeric_limits<double>::infinity();
+    const Speeds<D> speeds(model, particles);
+    if (speeds.is_constant()) return no_limit;
+    const double viscosity = parallel_reduce(
+        particles.count, 0.0, [&](std::ptrdiff_t i) { return speeds.viscosity(i); },
+        [](double& total, double one) { total = std::max(total, one); });
+    double curvature = 0.0;
+    for (int a = 0; a < D; ++a) curvature += 1 / (model.h[a] * model.h[a]);
+    return viscosity > 0 ? 1 / (2 * viscosity * curvature) : no_limit;
 }
 
 template <int D>
@@ -129,13 +188,14 @@ double courant_time_step(const Model<D>& model, const Particles<D>& particles)
 template <int D>
 double stable_time_step(const Model<D>& model, const Particles<D>& particles)
 {
-    return stable_courant_number(model) * crossing_time(model, particles);
+    return std::min(stable_courant_number(model) * crossing_time(model, particles), viscous_time_step(model, particles));
 }
 
 template <int D>
 double automatic_time_step(const Model<D>& model, const Particles<D>& particles, double cfl)
 {
-    return std::min(cfl * courant_scale(model), stable_courant_number(model)) * crossing_time(model, particles);
+    const double limit = std::min(cfl * courant_scale(model), stable_courant_number(model)) * crossing_time(model, particles);
+    return std::min(limit, viscous_time_step(model, particles));
 }
 
 #define ORDO_TIME_STEPS(D)                                                   \

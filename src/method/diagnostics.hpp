@@ -14,6 +14,7 @@ struct Totals {
     double kinetic_energy = 0.0;  ///< J
     double strain_energy  = 0.0;  ///< J
     double potential      = 0.0;  ///< of gravity, -m g . x, J; on periodic axes x includes full periods
+    double dissipated     = 0.0;  ///< by the material laws since the start, J
 
     double total_energy() const { return kinetic_energy + strain_energy; }
 };
@@ -26,7 +27,8 @@ class StoredEnergy {
     {
         for (const Material& m : materials) {
             std::vector<const double*>& columns = columns_.emplace_back();
-            for (const HistoryColumn& c : m.law->history) columns.push_back(p.history[p.history_column(c.name)].data());
+            for (const HistoryColumn& c : m.law->history.first(column_count(m.law->history, D)))
+                columns.push_back(p.history[p.history_column(c.name)].data());
         }
     }
 
@@ -71,7 +73,7 @@ template <int D>
 Totals totals(const Model<D>& model, const Particles<D>& p)
 {
     struct Sums {  // lane k: sums over every eighth particle
-        Lanes mass{}, kinetic_energy{}, strain_energy{}, potential{};
+        Lanes mass{}, kinetic_energy{}, strain_energy{}, potential{}, dissipated{};
         Vec<D, Lanes> momentum{};
 
         void operator+=(const Sums& o)
@@ -80,9 +82,12 @@ Totals totals(const Model<D>& model, const Particles<D>& p)
             kinetic_energy += o.kinetic_energy;
             strain_energy += o.strain_energy;
             potential += o.potential;
+            dissipated += o.dissipated;
             momentum += o.momentum;
         }
     };
+    const int column         = p.history_column("dissipated");
+    const double* dissipated = column < 0 ? nullptr : p.history[column].data();
     const StoredEnergy<D> energy(model.materials, p);
     auto way = [&](const Batch& b) {
         Vec<D, Lanes> x = load(p.x.data(), b);
@@ -104,14 +109,17 @@ Totals totals(const Model<D>& model, const Particles<D>& p)
                                           r.kinetic_energy = 0.5 * r.mass * dot(v, v);
                                           r.potential      = -r.mass * dot(gravity, way(b));
                                           r.strain_energy  = energy(b);
-                                          for (int lane = b.count; lane < Batch::size; ++lane) r.strain_energy[lane] = 0.0;
+                                          if (dissipated) r.dissipated = load(p.V0.data(), b) * load(dissipated, b);
+                                          for (int lane = b.count; lane < Batch::size; ++lane)
+                                              r.strain_energy[lane] = r.dissipated[lane] = 0.0;
                                           return r;
                                       },
                                       [](Sums& total, const Sums& one) { total += one; });
     Totals r{.mass           = sum(sums.mass),
              .kinetic_energy = sum(sums.kinetic_energy),
              .strain_energy  = sum(sums.strain_energy),
-             .potential      = sum(sums.potential)};
+             .potential      = sum(sums.potential),
+             .dissipated     = sum(sums.dissipated)};
     for (int a = 0; a < D; ++a) r.momentum[a] = sum(sums.momentum[a]);
     return r;
 }

@@ -35,6 +35,9 @@ std::string describe(Fault fault, const MethodSpec& method)
     case Fault::domain_too_wide:
         return "its domain has grown wider than the grid pass can hold; a method with fixed domains (ugimp), a coarser grid "
                "or, for parallelepipeds, method.stretch_limit may help";
+    case Fault::not_solved:
+        return "the equations of its material law were not solved: the deformation of one step is too large for the law; a "
+               "smaller time step may help";
     case Fault::none: break;
     }
     return "nothing is wrong";

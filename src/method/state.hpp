@@ -192,13 +192,13 @@ void add_walls(Model<D>& model, int axis, ConditionType type = ConditionType::sy
             {.axis = axis, .outer_is_above = above, .at = model.face(axis, above), .type = type, .value = {}});
 }
 
-/// The names of the history columns of all materials, each once.
-inline std::vector<std::string> history_columns(const std::vector<Material>& materials)
+/// The names of the history columns of all materials in `dim` dimensions, each once.
+inline std::vector<std::string> history_columns(const std::vector<Material>& materials, int dim)
 {
     std::vector<std::string> names;
     for (const Material& m : materials)
         for (const HistoryColumn& c : m.law->history)
-            if (std::find(names.begin(), names.end(), c.name) == names.end()) names.emplace_back(c.name);
+            if (c.min_dim <= dim && std::find(names.begin(), names.end(), c.name) == names.end()) names.emplace_back(c.name);
     return names;
 }
 
@@ -216,7 +216,7 @@ FieldGroups field_groups(const Model<D>& model)
     g.corner_samples  = g.cells && model.method.samples == Samples::corners;
     g.corner_velocity = g.corner_samples || keeps_corner_velocity(model.method);
     for (int a = 0; a < D; ++a) g.periodic = g.periodic || model.periodic[a];
-    g.history    = history_columns(model.materials);
+    g.history    = history_columns(model.materials, D);
     g.body_force = static_cast<bool>(model.body_force_kernel);
     for (const auto& b : model.body_forces) g.body_force = g.body_force || !is_zero<D>(b);
     return g;

@@ -9,11 +9,11 @@ namespace ordo {
 template <int D>
 StressUpdate<D>::StressUpdate(const std::vector<Material>& materials)
 {
-    const std::vector<std::string> columns = history_columns(materials);
+    const std::vector<std::string> columns = history_columns(materials, D);
     for (const Material& m : materials) {
         if (std::any_of(laws_.begin(), laws_.end(), [&](const OfLaw& other) { return other.law == m.law; })) continue;
         OfLaw& one = laws_.emplace_back(OfLaw{m.law, find_stress_pass<D>(*m.law), {}});
-        for (const HistoryColumn& c : m.law->history)
+        for (const HistoryColumn& c : m.law->history.first(column_count(m.law->history, D)))
             one.columns.push_back(static_cast<int>(std::find(columns.begin(), columns.end(), c.name) - columns.begin()));
         needs_increments_ = needs_increments_ || !m.law->is_hyperelastic;
     }
@@ -41,7 +41,11 @@ void start_stresses(const std::vector<Material>& materials, Particles<D>& p)
     for (int i = 0; i < p.count; ++i) {
         const Material& m = materials[p.material[i]];
         p.sigma[i]        = m.law->in<D>().initial_stress(m, p.F[i]);
-        for (const HistoryColumn& c : m.law->history) p.history[p.history_column(c.name)][i] = c.initial;
+        double history[Material::most_history];
+        m.law->in<D>().start(m, p.F[i], history);
+        int k = 0;
+        for (const HistoryColumn& c : m.law->history.first(column_count(m.law->history, D)))
+            p.history[p.history_column(c.name)][i] = history[k++];
     }
 }
 

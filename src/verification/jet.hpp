@@ -48,6 +48,13 @@ struct Gradient {
         for (int i = 0; i < N; ++i) r.slope[i] = (a.slope[i] - r.value * b.slope[i]) * inverse;
         return r;
     }
+    friend ORDO_FLAT Gradient exp(const Gradient& a)
+    {
+        Gradient r;
+        r.value = exp(a.value);
+        for (int i = 0; i < N; ++i) r.slope[i] = r.value * a.slope[i];
+        return r;
+    }
     friend ORDO_FLAT Gradient log(const Gradient& a)
     {
         Gradient r;

@@ -48,6 +48,47 @@ HALF = body("shape = 'box'\nlower = 0.0\nupper = 0.5\n")
 BOXES = body("shape = 'box'\nlower = 0.0\nupper = 0.5\n[[body]]\nmaterial = 'rubber'\nshape = 'box'\nlower = 0.75\nupper = 1.0\n")
 WALLS = "[[boundary]]\nface = ['x-min', 'x-max', 'y-min', 'y-max']\ntype = 'fixed'\n"
 
+
+def law(model, *lines):
+    """The model and its parameters in the place of the elastic material."""
+    return (ELASTIC, "model = '" + model + "'\n" + ELASTIC + "".join(line + "\n" for line in lines))
+
+
+def fluid(*lines):
+    return (ELASTIC, "model = 'fluid'\n" + "".join(line + "\n" for line in lines))
+
+
+def mohr(*lines):
+    """Angles of 30 and 10 degrees and cohesion 3, unless the lines say otherwise."""
+    keys = {line.split(" ")[0] for line in lines}
+    return law("mohr-coulomb", *lines, *(f"{key} = {value}" for key, value in (("friction_angle", 30), ("dilation_angle", 10), ("cohesion", 3)) if key not in keys))
+
+
+def cook(*lines):
+    """Numbers of copper, unless the lines say otherwise."""
+    keys = {line.split(" ")[0] for line in lines}
+    usual = dict(A=90e6, B=292e6, n=0.31, C=0.025, m=1.09, reference_rate=1, reference_temperature=298, melting_temperature=1356, specific_heat=383, taylor_quinney=0.9)
+    return law("johnson-cook", *lines, *(f"{key} = {value}" for key, value in usual.items() if key not in keys))
+
+
+def clay(*lines):
+    """Numbers of a clay, unless the lines say otherwise."""
+    keys = {line.split(" ")[0] for line in lines}
+    usual = dict(shear=60, swelling_index=0.05, compression_index=0.2, critical_slope=1.1, reference_pressure=10, preconsolidation=14)
+    rest = [f"{key} = {value}" for key, value in usual.items() if key not in keys]
+    return (ELASTIC, "model = 'cam-clay'\n" + "".join(line + "\n" for line in (*lines, *rest)))
+
+
+def grains(*lines):
+    keys = {line.split(" ")[0] for line in lines}
+    usual = dict(friction_static=0.38, friction_dynamic=0.64, inertial_number=0.3, grain_diameter=1e-3, grain_density=2450)
+    return law("mu-i", *lines, *(f"{key} = {value}" for key, value in usual.items() if key not in keys))
+
+
+def rubber(*lines, bulk="1"):
+    return (ELASTIC, "model = 'ogden'\n" + "".join(line + "\n" for line in (*lines, "bulk = " + bulk)))
+
+
 # name, changes of the case, key that the message names, what else it says (the remedy)
 CASE_FAULTS = [
     # keys and tables
@@ -119,6 +160,85 @@ CASE_FAULTS = [
     ("mixed pair", [("[[material]]", "@[[material]]"), ("poisson = 0.3", "mu = 1")], "material[0]", "(got young, mu)"),
     ("negative bulk modulus", [(ELASTIC, "lambda = @-1\nmu = 1\n")], "material[0].lambda", "bulk modulus"),
     ("linear-rate-1d in 2D", [(ELASTIC, "model = @'linear-rate-1d'\nyoung = 1\n")], "material[0].model", "1D only"),
+    # parameters of laws
+    ("yield of an elastic law", [(ELASTIC, ELASTIC + "yield = @1\n")], "material[0].yield", "is not a parameter of neo-hookean; remove it"),
+    ("no yield stress", [(ELASTIC, "model = @'j2'\n" + ELASTIC)], "material[0].model", "j2 needs yield (yield stress in tension, Pa)"),
+    ("negative yield stress", [law("j2", "yield = @-1")], "material[0].yield", "positive"),
+    ("yield stress that is no number", [law("j2", "yield = @'high'")], "material[0].yield", "must be a number"),
+    ("softening without a solution", [law("j2", "yield = 1", "hardening = @-1200")], "material[0].hardening", "above -3 times the shear modulus"),
+    ("negative rate of saturation", [law("j2", "yield = 1", "saturation_rate = @-1")], "material[0].saturation_rate", "zero or positive"),
+    ("saturation that falls too fast", [law("j2", "yield = 1", "saturation = 0.5", "saturation_rate = @3000")], "material[0].saturation_rate", "take a smaller one"),
+    ("j2 without elastic constants", [(ELASTIC, "model = @'j2'\nyield = 1\n")], "material[0].model", "young and poisson, lambda and mu, or bulk and shear (got none)"),
+    ("friction of 90 degrees", [law("drucker-prager", "cohesion = 1", "friction_angle = @90", "dilation_angle = 0")], "material[0].friction_angle", "at most 89"),
+    ("cone without friction", [law("drucker-prager", "cohesion = 1", "friction_angle = @0", "dilation_angle = 0")], "material[0].friction_angle", "must be positive for drucker-prager"),
+    ("dilation above friction", [law("drucker-prager", "cohesion = 1", "friction_angle = 20", "dilation_angle = @30")], "material[0].dilation_angle", "must not be above that of friction"),
+    ("angles and slopes", [(ELASTIC, "model = @'drucker-prager'\ncohesion = 1\nfriction_angle = 20\ndilation_angle = 1\neta = 1\n" + ELASTIC)], "material[0].model", "either friction_angle and dilation_angle, or eta, eta_flow and xi"),
+    ("slopes without all", [(ELASTIC, "model = @'drucker-prager'\ncohesion = 1\neta_flow = 1\neta = 1\n" + ELASTIC)], "material[0].model", "or eta, eta_flow and xi"),
+    ("flow steeper than the cone", [law("drucker-prager", "cohesion = 1", "eta = 0.1", "eta_flow = @0.2", "xi = 1")], "material[0].eta_flow", "must not be above that of friction"),
+    ("unknown fit", [law("drucker-prager", "cohesion = 1", "friction_angle = 20", "dilation_angle = 1", "fit = @'outside'")], "material[0].fit", "must be one of outer, inner, plane-strain"),
+    ("fit that is no word", [law("drucker-prager", "cohesion = 1", "friction_angle = 20", "dilation_angle = 1", "fit = @1")], "material[0].fit", "must be a string"),
+    ("negative cohesion", [law("drucker-prager", "cohesion = @-1", "friction_angle = 20", "dilation_angle = 1")], "material[0].cohesion", "zero or positive"),
+    ("softening of the cone without a solution", [law("drucker-prager", "cohesion = 1", "friction_angle = 20", "dilation_angle = 0", "hardening = @-500")], "material[0].hardening", "falls too fast"),
+    ("volume correction with cohesion", [law("drucker-prager", "cohesion = 1", "friction_angle = 20", "dilation_angle = 0", "volume_correction = @true")], "material[0].volume_correction", "set cohesion and hardening to 0"),
+    ("volume correction that is no flag", [law("drucker-prager", "cohesion = 0", "friction_angle = 20", "dilation_angle = 0", "volume_correction = @1")], "material[0].volume_correction", "must be true or false"),
+    ("fluid with elastic constants", [(ELASTIC, "model = @'fluid'\nsound_speed = 10\n" + ELASTIC)], "material[0].model", "fluid takes no elastic constants but its own (got young, poisson)"),
+    ("fluid without its speed of sound", [(ELASTIC, "model = @'fluid'\n")], "material[0].model", "fluid needs sound_speed"),
+    ("fluid with sound at rest", [fluid("sound_speed = @0")], "material[0].sound_speed", "must be positive"),
+    ("Tait's exponent of one", [fluid("sound_speed = 10", "gamma = @1")], "material[0].gamma", "must be above 1"),
+    ("negative viscosity", [fluid("sound_speed = 10", "viscosity = @-1")], "material[0].viscosity", "zero or positive"),
+    ("negative yield stress of a fluid", [fluid("sound_speed = 10", "yield = @-1")], "material[0].yield", "zero or positive"),
+    ("no yield stress in j2", [law("j2", "yield = @0")], "material[0].yield", "must be positive for j2"),
+    ("Bingham without a rate", [fluid("sound_speed = 10", "yield = 1", "critical_rate = @0")], "material[0].critical_rate", "must be positive"),
+    ("tension that is no flag", [fluid("sound_speed = 10", "tension = @'no'")], "material[0].tension", "must be true or false"),
+    ("no angle of friction", [(ELASTIC, "model = @'mohr-coulomb'\ncohesion = 1\ndilation_angle = 0\n" + ELASTIC)], "material[0].model", "mohr-coulomb needs friction_angle"),
+    ("friction beyond 89 degrees", [mohr("friction_angle = @91")], "material[0].friction_angle", "at most 89"),
+    ("negative friction", [mohr("friction_angle = @-3")], "material[0].friction_angle", "at least 0"),
+    ("dilation above friction of planes", [mohr("friction_angle = 10", "dilation_angle = @11")], "material[0].dilation_angle", "must not be above friction_angle"),
+    ("residual dilation above friction", [mohr("residual_dilation_angle = @25", "residual_friction_angle = 20", "softening_strain = 1")], "material[0].residual_dilation_angle", "must not be above residual_friction_angle"),
+    ("softening without a strain", [("[[material]]", "@[[material]]"), mohr("residual_cohesion = 1")], "material[0].softening_strain", "residual values differ"),
+    ("no way to the apex", [("[[material]]", "@[[material]]"), mohr("dilation_angle = 0")], "material[0].tension_cutoff", "no flow leads to the apex"),
+    ("softening in no strain", [mohr("residual_cohesion = 1", "softening_strain = @0")], "material[0].softening_strain", "must be positive"),
+    ("cut-off beyond the apex", [mohr("tension_cutoff = @6")], "material[0].tension_cutoff", "at most cohesion/tan(friction_angle)"),
+    ("negative cut-off", [mohr("tension_cutoff = @-1")], "material[0].tension_cutoff", "zero or positive"),
+    ("no yield stress of Johnson and Cook", [(ELASTIC, "model = @'johnson-cook'\nB = 1\n" + ELASTIC)], "material[0].model", "johnson-cook needs A"),
+    ("A = 0", [cook("A = @0")], "material[0].A", "must be positive"),
+    ("negative B", [cook("B = @-1")], "material[0].B", "zero or positive"),
+    ("n = 0", [cook("n = @0")], "material[0].n", "must be positive"),
+    ("negative C", [cook("C = @-0.1")], "material[0].C", "zero or positive"),
+    ("m = 0", [cook("m = @0")], "material[0].m", "must be positive"),
+    ("no reference rate", [cook("reference_rate = @0")], "material[0].reference_rate", "must be positive"),
+    ("melting below the reference", [cook("melting_temperature = @200")], "material[0].melting_temperature", "must be above reference_temperature"),
+    ("molten at the start", [cook("temperature = @2000")], "material[0].temperature", "must be below melting_temperature"),
+    ("no specific heat", [cook("specific_heat = @0")], "material[0].specific_heat", "must be positive"),
+    ("more heat than work", [cook("taylor_quinney = @1.1")], "material[0].taylor_quinney", "at most 1"),
+    ("half a Hugoniot", [(ELASTIC, cook("sound_speed = 4000")[1].replace("'johnson-cook'", "@'johnson-cook'"))], "material[0].model", "all of sound_speed, shock_slope and gruneisen"),
+    ("clay with a pair", [(ELASTIC, clay()[1].replace("'cam-clay'", "@'cam-clay'") + "bulk = 1\n")], "material[0].model", "cam-clay takes shear alone (got bulk, shear)"),
+    ("clay without a slope", [(ELASTIC, clay()[1].replace("'cam-clay'", "@'cam-clay'").replace("critical_slope = 1.1\n", ""))], "material[0].model", "cam-clay needs critical_slope"),
+    ("kappa = 0", [clay("swelling_index = @0")], "material[0].swelling_index", "must be positive"),
+    ("lambda below kappa", [clay("compression_index = @0.04")], "material[0].compression_index", "must be above swelling_index"),
+    ("M = 0", [clay("critical_slope = @0")], "material[0].critical_slope", "must be positive"),
+    ("reference pressure of zero", [clay("reference_pressure = @0")], "material[0].reference_pressure", "must be positive"),
+    ("start outside the yield surface", [clay("preconsolidation = @5")], "material[0].preconsolidation", "at least reference_pressure"),
+    ("grains without friction", [grains("friction_static = @0")], "material[0].friction_static", "must be positive"),
+    ("faster grains that slip more", [grains("friction_dynamic = @0.1")], "material[0].friction_dynamic", "at least friction_static"),
+    ("inertial number of zero", [grains("inertial_number = @0")], "material[0].inertial_number", "must be positive"),
+    ("grains without size", [grains("grain_diameter = @0")], "material[0].grain_diameter", "must be positive"),
+    ("grains without mass", [grains("grain_density = @-2")], "material[0].grain_density", "must be positive"),
+    ("rubber with a pair", [(ELASTIC, "model = @'ogden'\nmoduli = 1\nexponents = 2\n" + ELASTIC)], "material[0].model", "ogden takes bulk alone (got young, poisson)"),
+    ("rubber without moduli", [(ELASTIC, "model = @'ogden'\nexponents = 2\nbulk = 1\n")], "material[0].model", "ogden needs moduli"),
+    ("fewer exponents than moduli", [rubber("moduli = [1, 2]", "exponents = @2")], "material[0].exponents", "must be as many as moduli"),
+    ("exponent of zero", [rubber("moduli = [1, 2]", "exponents = @[2, 0]")], "material[0].exponents", "must not be zero"),
+    ("too many moduli", [rubber("moduli = @[1, 2, 3, 4, 5]", "exponents = 2")], "material[0].moduli", "must have 1 to 4 numbers (got 5)"),
+    ("no moduli", [rubber("moduli = @[]", "exponents = 2")], "material[0].moduli", "must have 1 to 4 numbers (got 0)"),
+    ("rubber without stiffness", [rubber("moduli = @[1, 2]", "exponents = [2, -1]")], "material[0].moduli", "positive sum"),
+    ("exponent beyond its range", [rubber("moduli = 1", "exponents = [@30]")], "material[0].exponents", "at most 20"),
+    ("modulus that is no number", [rubber("moduli = [@'soft']", "exponents = 2")], "material[0].moduli", "must be a number"),
+    ("c10 = 0", [(ELASTIC, "model = 'mooney-rivlin'\nbulk = 1\nc10 = @0\nc01 = 1\n")], "material[0].c10", "must be positive"),
+    ("negative c01", [(ELASTIC, "model = 'mooney-rivlin'\nbulk = 1\nc10 = 1\nc01 = @-1\n")], "material[0].c01", "zero or positive"),
+    ("rubber without bulk modulus", [(ELASTIC, "model = @'mooney-rivlin'\nc10 = 1\nc01 = 1\n")], "material[0].model", "mooney-rivlin takes bulk alone (got none)"),
+    ("negative bulk modulus of rubber", [rubber("moduli = 1", "exponents = 2", bulk="@-1")], "material[0].bulk", "must be positive"),
+    ("field of another dimension", [law("j2", "yield = 1"), "[output]\nfields = @['elastic_b_yz']\n"], "output.fields", "no material of the case carries"),
+    ("elastic-plastic splines", [law("j2", "yield = 1"), WHOLE, "[method]\npreset = @'spline4'\n", WALLS], "method.preset", "takes no material with history"),
     ("linear-rate-1d with poisson", [DIM_1, (ELASTIC, "model = @'linear-rate-1d'\n" + ELASTIC)], "material[0].model", "takes young alone"),
     # names and choices
     ("unknown preset", ["[method]\npreset = @'cpdi'\n"], "method.preset", 'Did you mean "cpdi1"?'),
@@ -323,6 +443,8 @@ COMMAND_FAULTS = [
     (["list", "colours"], "colours", "methods"),
     (["bench", "--method", "cpdi"], "cpdi", 'Did you mean "cpdi1"?'),
     (["bench", "--dim", "4"], "--dim", "1"),
+    (["bench", "--material", "j3"], "--material j3", 'Did you mean "j2"?'),
+    (["bench", "--material", "linear-rate-1d"], "model", "exists in 1D only"),
     (["bench", "--particles", "0"], "--particles", "1"),
     (["bench", "--particles", "100", "--steps", "1", "--json", "case.toml/speed.json"], "case.toml/speed.json", "cannot be"),
     (["bench", "--steps", "0"], "--steps", "1"),

@@ -13,7 +13,7 @@ from harness import CASE, HANG, ORDO, PRESETS, ROOT, InTemporaryDirectory, array
 SHAPES = ("ball", "box", "ring", "cylinder", "particles")
 FIELDS = ("displacement", "velocity", "stress", "energy_density")
 MATERIALS = ("neo-hookean", "st-venant-kirchhoff", "jaumann-elastic", "linear-rate-1d")
-BENCH_KEYS = {
+BENCH_KEYS = {"material", 
     "method", "dim", "set", "particles", "cells_per_axis", "courant_number", "steps", "repeats", "threads", "seconds",
     "particle_steps_per_second", "ns_per_particle", "bytes_per_particle", "resident_bytes_per_particle", "setup_bytes_per_particle",
     "node_visits_per_particle", "mass_solves_per_step", "mass_iterations_per_step", "flops_per_particle_step",
@@ -132,8 +132,15 @@ class Commands(InTemporaryDirectory):
             self.assertGreater(result["particle_steps_per_second"], 0)
             self.assertEqual(list(result["ns_per_particle"]), [*STAGES, "other"])
         text = self.good("bench", *options)
-        for words in ("cpdi1 2D: ", "M particle-steps/s", "% of the peak", "% of the bandwidth", "resident at most"):
+        for words in ("cpdi1 2D, neo-hookean: ", "M particle-steps/s", "% of the peak", "% of the bandwidth", "resident at most"):
             self.assertIn(words, text)
+
+    def test_bench_of_materials(self):
+        for law in ("j2", "mohr-coulomb", "johnson-cook", "ogden"):
+            with self.subTest(law):
+                result = self.bench("--dim", "2", "--material", law, "--particles", "500", "--steps", "1")
+                self.assertEqual(result["material"], law)
+                self.assertGreater(result["particle_steps_per_second"], 0)
 
     def test_bench_counts_work(self):
         """Of four nodes; what a particle-step is counted to cost does not depend on how it was timed."""

@@ -13,7 +13,7 @@ from vtk.util.numpy_support import vtk_to_numpy
 from harness import CASE, PRESETS, TWO_DISKS, InTemporaryDirectory, arrays, contents, edit, frames, history, ordo, particle_data, read_vtk
 
 HISTORY = (
-    "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy,"
+    "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy,dissipated_energy,"
     "projection_mass_before,projection_mass_after,projection_momentum_x_before,projection_momentum_y_before,"
     "projection_momentum_z_before,projection_momentum_x_after,projection_momentum_y_after,projection_momentum_z_after,"
     "dropped_pivots,fallback_nodes,boundary_work,traction_work,body_force_work"

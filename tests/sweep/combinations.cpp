@@ -3,6 +3,7 @@
 #include "method/diagnostics.hpp"
 #include "method/layout.hpp"
 #include "setup/schemes.hpp"
+#include "support/materials.hpp"
 #include "support/particles.hpp"
 
 #include <gtest/gtest.h>
@@ -81,7 +82,7 @@ void check_conservation(const MethodSpec& spec, const LawRow& law)
     const bool is_walled = needs_full_cells(spec);
     Model<D> model =
         is_walled ? test::walled_box<D>(D == 3 ? 4 : cells_of_box<D>(), spec) : test::unit_box<D>(cells_of_box<D>(), spec);
-    model.materials[0].law                       = &law;
+    model.materials[0]                           = test::sample_material(law.name, D);
     const std::unique_ptr<const Scheme<D>> owner = make_scheme(std::move(model));
     const Scheme<D>& method                      = *owner;
     const double low = is_walled ? 0.0 : 0.25, high = is_walled ? 1.0 : D == 3 ? 0.5 : 0.75;

@@ -1,4 +1,5 @@
 // Every material: stress is the derivative of the energy, objectivity, closed forms, small-strain limit.
+#include "support/materials.hpp"
 #include "base/dual.hpp"
 #include "material/laws.hpp"
 #include "support/particles.hpp"
@@ -21,7 +22,7 @@ void for_each_hyperelastic(LawList<L...>, F&& f)
         f(law, std::integral_constant<int, 3>());
     };
     auto try_law = [&]<class Law>(Law*) {
-        if constexpr (Hyperelastic<Law>) in_each_dimension(Law::of({.lambda = kLambda, .mu = kMu}));
+        if constexpr (Hyperelastic<Law>) in_each_dimension(Law::of(test::sample_material(Law::name)));
     };
     (try_law(static_cast<L*>(nullptr)), ...);
 }
@@ -227,6 +228,71 @@ TEST(Materials, WaveSpeed)
 {
     const Material m{find_law("neo-hookean"), 1000.0, kLambda, kMu};
     EXPECT_NEAR(m.wave_speed(), std::sqrt((kLambda + 2 * kMu) / 1000), 1e-14);
+}
+
+/// Uniaxial, planar and sheared: tau_1 - tau_2 = sum mu (l1^a - l2^a) with isochoric stretches, tr tau/3 = K ln J.
+TEST(Materials, OgdenClosedForms)
+{
+    const Material m = test::sample_material("ogden");
+    EXPECT_NEAR(m.mu, (200 * 2.6 + 50 * 4) / 2, 1e-12);
+    EXPECT_NEAR(m.bulk_modulus(), 833, 1e-12);
+    const Ogden law  = Ogden::of(m);
+    const double l[] = {1.7, 0.8, 0.9}, J = l[0] * l[1] * l[2];
+    auto of = [&](double stretch) {
+        const double i = stretch / std::cbrt(J);
+        return 200 * std::pow(i, 2.6) - 50 * std::pow(i, -4);
+    };
+    const Stress<3> s = law.cauchy(Mat<3>{{{l[0], 0, 0}, {0, l[1], 0}, {0, 0, l[2]}}});
+    for (int a = 0; a < 3; ++a) EXPECT_NEAR(J * (s(a, a) - s(2, 2)), of(l[a]) - of(l[2]), 1e-10);
+    EXPECT_NEAR(J * trace(s) / 3, 833 * std::log(J), 1e-10);
+    // Simple shear: stretches 1/l, l, 1 with l - 1/l = g; the shear stress is their difference times the axes' product.
+    const double g = 0.8, big = (g + std::sqrt(g * g + 4)) / 2;
+    const Stress<2> sheared = law.cauchy(Mat<2>{{{1, g}, {0, 1}}});
+    auto shear              = [](double x) { return 200 * std::pow(x, 2.6) - 50 * std::pow(x, -4); };
+    EXPECT_NEAR(sheared(0, 1), (shear(big) - shear(1 / big)) / (big + 1 / big), 1e-10);
+}
+
+/// Mooney and Rivlin's law is Ogden's with exponents 2 and -2: mu_1 = 2 c10, mu_2 = -2 c01.
+template <int D>
+void check_mooney_is_ogden()
+{
+    const Material mooney = test::material_of("mooney-rivlin", {"bulk=500", "c10=70", "c01=30"});
+    const Material ogden  = test::material_of("ogden", {"bulk=500", "moduli=[140, -60]", "exponents=[2, -2]"});
+    EXPECT_NEAR(mooney.mu, ogden.mu, 1e-12);
+    EXPECT_NEAR(mooney.lambda, ogden.lambda, 1e-12);
+    test::Random random(8);
+    for (int n = 0; n < 50; ++n) {
+        const Mat<D> F    = test::random_deformation<D>(random, 0.5);
+        const Stress<D> a = MooneyRivlin::of(mooney).cauchy(F), b = Ogden::of(ogden).cauchy(F);
+        for (int k = 0; k < a.size; ++k) EXPECT_NEAR(a.c[k], b.c[k], 1e-11 * (1 + std::sqrt(square(b))));
+        EXPECT_NEAR(MooneyRivlin::of(mooney).energy(F), Ogden::of(ogden).energy(F), 1e-10);
+        EXPECT_NEAR(MooneyRivlin::of(mooney).stiffness(F, nullptr).modulus, Ogden::of(ogden).stiffness(F, nullptr).modulus, 1e-9);
+    }
+}
+TEST(Materials, MooneyRivlinIsOgden)
+{
+    check_mooney_is_ogden<1>();
+    check_mooney_is_ogden<2>();
+    check_mooney_is_ogden<3>();
+}
+
+/// Derivatives of the stress at equal stretches, where axes are arbitrary: those of linear elasticity.
+TEST(Materials, OgdenDerivativesAtRest)
+{
+    const Material m = test::sample_material("ogden");
+    const Ogden law  = Ogden::of(m);
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            Mat<3, Dual<>> F{};
+            for (int a = 0; a < 3; ++a)
+                for (int b = 0; b < 3; ++b) F(a, b) = Dual<>(a == b ? 1.0 : 0.0, a == i && b == j ? 1.0 : 0.0);
+            const Stress<3, Dual<>> s = law.cauchy(F);
+            for (int a = 0; a < 3; ++a)
+                for (int b = a; b < 3; ++b) {
+                    const bool is_same = (a == i && b == j) || (a == j && b == i);
+                    EXPECT_NEAR(s(a, b).slope, m.mu * (is_same ? (i == j ? 2 : 1) : 0) + (a == b && i == j ? m.lambda : 0), 1e-9);
+                }
+        }
 }
 
 }  // namespace
