@@ -25,6 +25,8 @@ struct Moment {
     double t  = 0.0;  ///< s
     double dt = 0.0;  ///< s; 0 before the first step
 };
+/// Half a step before, at the positions that the forces belong to: work is force times the velocity there.
+inline Moment middle_of(const Moment& when) { return {when.t - 0.5 * when.dt, when.dt}; }
 
 /// A condition on the nodes at or beyond the plane x_axis = at, on the outer side, or on those in a region, or on those that
 /// the particles of a body reach. A plane between two nodes thus acts from the first node beyond it. Splines interpolate at the
@@ -67,12 +69,30 @@ struct Condition {
     double velocity(int component, const Vec<D>& x, const Moment& when) const
     {
         if (!is_prescribed()) return 0.0;
-        const auto at_time = [&](double t) { return (*value[component])({padded(x), padded(x), t}); };
+        const auto at_time = [&](double t) { return (*value[component])({padded(x), padded(x), std::max(t, 0.0)}); };
         if (type == ConditionType::velocity) return at_time(when.t);
         if (!(when.dt > 0)) return 0.0;
         return (at_time(when.t + 0.5 * when.dt) - at_time(when.t - 0.5 * when.dt)) / when.dt;
     }
 };
+
+/// Whether a condition covers a place in the first period or its images; only regions may cross the seams of periodic axes.
+template <int D>
+bool covers_in_periods(const Condition<D>& b, const Vec<D>& x, const Lattice<D>& lattice)
+{
+    if (!b.region) return b.covers(x, lattice.h);
+    bool r = false;
+    IndexBox<D>{Index<D>::filled(-1), Index<D>::filled(2)}.for_each([&](const Index<D>& turn) {
+        Vec<D> image = x;
+        bool is_one  = true;
+        for (int a = 0; a < D; ++a) {
+            image[a] += turn[a] * (lattice.cells[a] * lattice.h[a]);
+            is_one = is_one && (turn[a] == 0 || lattice.periodic[a]);
+        }
+        r = r || (is_one && b.covers(image, lattice.h));
+    });
+    return r;
+}
 
 /// The condition that holds a component at a place, or -1: the last one given of those for which `acts(k)` holds.
 template <int D, class Acts>
@@ -117,8 +137,8 @@ class Constraints {
             if (std::none_of(conditions.begin(), conditions.end(), [&](const auto& b) { return may_cover(b, lattice, nodes); }))
                 continue;
             nodes.for_each([&](const Index<D>& at) {
-                const Vec<D> x = position_of(lattice, at);
-                for (std::size_t k = 0; k < covers.size(); ++k) covers[k] = conditions[k].covers(x, lattice.h);
+                const Vec<D> x = position_of(lattice, lattice.inside_period(at));
+                for (std::size_t k = 0; k < covers.size(); ++k) covers[k] = covers_in_periods(conditions[k], x, lattice);
                 for (int a = 0; a < D; ++a)
                     if (const int k = holding(conditions, a, [&](int c) { return covers[c]; }); k >= 0)
                         add(conditions, k, a, lattice.offset(at), place_of(lattice, at), lattice.is_image(at));
@@ -221,7 +241,7 @@ class Constraints {
     {
         NodeImpulse<D> r{.boundary = conditions[h.condition].boundary};
         r.impulse[h.component] = impulse;
-        if (h.is_prescribed) r.work = -impulse * velocity_of(h, conditions, {when.t - 0.5 * when.dt, when.dt});
+        if (h.is_prescribed) r.work = -impulse * velocity_of(h, conditions, middle_of(when));
         return r;
     }
 

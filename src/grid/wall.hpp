@@ -113,8 +113,8 @@ Vec<D> push(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& u, con
     return v;
 }
 
-/// Notes what walls did to a node of mass m that moves with v since. The normal impulse works on the wall's velocity, friction
-/// on the node's.
+/// Notes what walls with velocities u did to a node of mass m that moves with v since. The normal impulse works on the wall's
+/// velocity, friction on the node's.
 template <int D, class Note>
 void note_impulses(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& u, const std::vector<int>& touched,
                    const WallImpulses<D>& impulses, Vec<D, bool> is_free, double m, const Vec<D>& v, const Note& note)
@@ -128,16 +128,16 @@ void note_impulses(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>&
 /// Pushes a node at x out of the walls that it has entered, and notes the impulses.
 template <int D, class Note>
 void push_out(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, const Vec<D>& x, Vec<D, bool> is_free,
-              double t, Lanes& node, const Note& note)
+              const Moment& when, Lanes& node, const Note& note)
 {
     std::vector<int> touched;
     for (std::size_t k = 0; k < walls.size(); ++k)
         if (walls[k].distance(x, shifts[k]) <= 0) touched.push_back(static_cast<int>(k));
     if (touched.empty()) return;
     WallImpulses<D> impulses{};
-    const std::vector<Vec<D>> u = velocities(walls, t);
-    set_velocity(node, push(walls, u, touched, is_free, velocity_of<D>(node), impulses), true);
-    note_impulses(walls, u, touched, impulses, is_free, node[NodeLane::mass], velocity_of<D>(node), note);
+    set_velocity(node, push(walls, velocities(walls, when.t), touched, is_free, velocity_of<D>(node), impulses), true);
+    note_impulses(walls, velocities(walls, middle_of(when).t), touched, impulses, is_free, node[NodeLane::mass],
+                  velocity_of<D>(node), note);
 }
 
 /// The nodes that walls may act on, among those that the material touches; rebuilt by the sort.
@@ -177,18 +177,18 @@ class WallNodes {
     }
 
     /// Pushes the advanced nodes that move into walls, and remembers which. Increments change like velocities.
-    /// @param t time of the velocities, s
     /// @param sums get the impulses
-    void advance(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, Lanes* nodes, double t,
+    void advance(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, Lanes* nodes, const Moment& when,
                  const ExchangeSums<D>& sums)
     {
-        const std::vector<Vec<D>> u = velocities(walls, t);
+        const std::vector<Vec<D>> u = velocities(walls, when.t), middle = velocities(walls, middle_of(when).t);
         for_each(walls, shifts, nodes, sums, [&](std::size_t i, const std::vector<int>& touched, Lanes& node, auto&& note) {
             WallImpulses<D> impulses{};
             set_velocity(node, push(walls, u, touched, nodes_[i].is_free, velocity_of<D>(node), impulses), true);
             for (const int k : touched) grips_[i * walls_ + k] = impulses[k].grip;
             if (!nodes_[i].is_image)
-                note_impulses(walls, u, touched, impulses, nodes_[i].is_free, node[NodeLane::mass], velocity_of<D>(node), note);
+                note_impulses(walls, middle, touched, impulses, nodes_[i].is_free, node[NodeLane::mass], velocity_of<D>(node),
+                              note);
         });
     }
 

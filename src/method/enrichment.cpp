@@ -296,13 +296,15 @@ void constrain_enriched(const Model<D>& model, State<D>& s, Lanes* nodes, const 
         auto acts          = [&](int k) {
             if (starts_on(k)) return true;
             const Condition<D>& b = model.conditions[k];
-            if (!b.covers(x, model.h)) return false;
+            if (!covers_in_periods(b, x, s.lattice)) return false;
             if (!b.is_plane()) return true;
             const double outwards = b.outer_is_above ? 1.0 : -1.0;
             return !b.constrains(b.axis) || outwards * (before[NodeLane::velocity + b.axis] - b.velocity(b.axis, x, when)) > 0;
         };
         Vec<D, bool> is_free{};
+        const unsigned by_bodies = s.held_corners.empty() ? 0u : s.held_corners[e];
         for (int a = 0; a < D; ++a) {
+            if (by_bodies >> a & 1u) continue;
             const int k = holding(model.conditions, a, acts);
             is_free[a]  = k < 0;
             if (is_free[a]) continue;
@@ -311,10 +313,10 @@ void constrain_enriched(const Model<D>& model, State<D>& s, Lanes* nodes, const 
             hold(own, a, v, (b.is_plane() && !starts_on(k)) || b.is_prescribed());
             NodeImpulse<D> one{.boundary = b.boundary};
             one.impulse[a] = carried(own, a, pic) - was;
-            one.work       = -one.impulse[a] * v;
+            if (b.is_prescribed()) one.work = -one.impulse[a] * b.velocity(a, x, middle_of(when));
             note(one);
         }
-        push_out(walls, s.wall_shifts, x, is_free, when.t, own, note);
+        push_out(walls, s.wall_shifts, x, is_free, when, own, note);
     });
 }
 

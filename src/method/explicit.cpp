@@ -14,6 +14,12 @@
 
 namespace ordo {
 
+namespace {
+
+constexpr double kRounding = 1e-9;  // of a particle's mass: less reaches a node by round-off alone, where a face is on nodes
+
+}  // namespace
+
 template <int D>
 Explicit<D>::Explicit(Model<D> of)
     : Scheme<D>(std::move(of)),
@@ -161,7 +167,10 @@ void Explicit<D>::find_velocities(State<D>& s, Lanes* nodes, const Kick& by, con
     else if (method().mass == MassMatrix::lumped)
         momenta_to_velocities(nodes, s.field.tiles);
     else
-        account_for(s, nodes, MassSolver<D>::kVelocity, by, [&] { solve_mass(s, nodes, MassSolver<D>::kVelocity, held); });
+        account_for(s, nodes, MassSolver<D>::kVelocity, by, [&] {
+            solve_mass(s, nodes, MassSolver<D>::kVelocity, held);
+            return false;
+        });
 }
 
 template <int D>
@@ -173,7 +182,7 @@ void Explicit<D>::solve_mass(State<D>& s, Lanes* nodes, unsigned parts, const st
     times()->mass_iterations += mass_solver_.iterations();
 }
 
-/// Solves, and adds the impulses of constraints in a kick: the particles gain what A u - b is short of at the components that they
+/// Solves, by solve() that says whether s.mass.q has the product with the solution, and adds the impulses of constraints in a kick: the particles gain what A u - b is short of at the components that they
 /// hold, velocities in their PIC part.
 template <int D>
 template <class Solve>
@@ -187,11 +196,12 @@ void Explicit<D>::account_for(State<D>& s, Lanes* nodes, unsigned parts, const K
         return r;
     };
     std::vector<double> given;
-    if (by.dt > 0 && sums.is_wanted())
+    const bool leaves_momentum = pic_fraction() == 0.0 && !(parts & MassSolver<D>::kAcceleration);
+    if (by.dt > 0 && sums.is_wanted() && !leaves_momentum)
         s.field.constraints.for_each([&](std::ptrdiff_t node, int a, bool) { given.push_back(weighted(nodes[node], a)); });
-    solve();
+    const bool has_product = solve();
     if (given.empty()) return;
-    mass_solver_.multiply_solution(s, sweep(s, nodes, 0.0), nodes);
+    if (!has_product) mass_solver_.multiply_solution(s, sweep(s, nodes, 0.0), nodes);
     std::size_t k = 0;
     s.field.constraints.add_impulses(model().conditions, by.when, sums, [&](std::ptrdiff_t node, int a) {
         const int row    = s.field.mass.rows.row(node);
@@ -205,10 +215,14 @@ template <int D>
 void Explicit<D>::find_accelerations(State<D>& s, Lanes* nodes, unsigned parts, const Kick& by) const
 {
     account_for(s, nodes, parts, by, [&] {
-        WallContact<D> walls(model(), s, nodes, s.field.known.data(), by.when.t, by.dt);
-        if (walls.is_empty()) return solve_mass(s, nodes, parts, {});
+        WallContact<D> walls(model(), s, nodes, s.field.known.data(), by.when, by.dt);
+        if (walls.is_empty()) {
+            solve_mass(s, nodes, parts, {});
+            return false;
+        }
         walls.solve([&](const std::vector<HeldNode<D>>& held) { solve_mass(s, nodes, parts, held); },
                     [&] { mass_solver_.multiply_solution(s, sweep(s, nodes, 0.0), nodes); }, exchange_sums(s, by));
+        return true;
     });
 }
 
@@ -420,7 +434,7 @@ void Explicit<D>::constrain(State<D>& s, Lanes* nodes, const Kick& by, Velocity 
     const std::vector<Wall<D>> none;  // act before the kick
     const std::vector<Wall<D>>& walls = of == Velocity::projected ? none : model().walls;
     if (of == Velocity::advanced && method().mass == MassMatrix::lumped)  // else the kick has done it
-        s.field.wall_nodes.advance(walls, s.wall_shifts, nodes, by.when.t, sums);
+        s.field.wall_nodes.advance(walls, s.wall_shifts, nodes, by.when, sums);
     if (of == Velocity::remapped) s.field.wall_nodes.repeat(walls, s.wall_shifts, nodes, by.when.t);
     constrain_enriched(model(), s, nodes, by.when, walls, sums, pic_fraction());
     s.field.halo.copy(nodes);
@@ -433,25 +447,44 @@ void Explicit<D>::find_held_by_bodies(State<D>& s) const
     const auto& conditions = model().conditions;
     if (std::none_of(conditions.begin(), conditions.end(), [](const auto& b) { return b.body.has_value(); })) return;
     s.field.constraints = s.field.placed;
+    s.held_corners.assign(s.particles.enriched.size(), 0);
     make_room(s.body_nodes, s.field.nodes.size());
     Lanes* reached = s.body_nodes.data();
     for (std::size_t k = 0; k < conditions.size(); ++k) {
         if (!conditions[k].body) continue;
         scatter_body(s, *conditions[k].body, reached);
-        const int number = static_cast<int>(k);
+        const double least = kRounding * least_mass(s, *conditions[k].body);
+        const int number   = static_cast<int>(k);
         for (const Index<D>& block : s.field.tiles.blocks())
             s.field.tiles.nodes_of(block).for_each([&](const Index<D>& at) {
                 const std::ptrdiff_t node = s.lattice.offset(at);
-                if (reached[node][NodeLane::mass] > 0)
+                if (reached[node][NodeLane::mass] > least)
                     s.field.constraints.add(conditions, number, node, Constraints<D>::place_of(s.lattice, at),
                                             s.lattice.is_image(at));
             });
-        for (const int c : s.particles.enriched)
-            if (const std::ptrdiff_t node = s.particles.corner_node[c]; node >= 0 && reached[node][NodeLane::mass] > 0)
-                s.field.constraints.add(conditions, number, node, s.lattice.inside_period(s.particles.corner[c]), false);
+        for (std::size_t e = 0; e < s.particles.enriched.size(); ++e) {
+            const int c               = s.particles.enriched[e];
+            const std::ptrdiff_t node = s.particles.corner_node[c];
+            if (node < 0 || !(reached[node][NodeLane::mass] > least)) continue;
+            s.field.constraints.add(conditions, number, node, s.lattice.inside_period(s.particles.corner[c]), false);
+            for (int a = 0; a < D; ++a)
+                if (conditions[k].constrains(a)) s.held_corners[e] |= static_cast<unsigned char>(1u << a);
+        }
     }
     s.field.constraints.keep_last();
     s.field.wall_nodes.leave(s.field.constraints);
+}
+
+/// Of the particles of a body, kg. Found once, because masses do not change.
+template <int D>
+double Explicit<D>::least_mass(State<D>& s, int body) const
+{
+    if (s.least_masses.empty()) {
+        const Particles<D>& p = s.particles;
+        s.least_masses.assign(static_cast<std::size_t>(*std::max_element(p.body.begin(), p.body.end())) + 1, HUGE_VAL);
+        for (int i = 0; i < p.count; ++i) s.least_masses[p.body[i]] = std::min(s.least_masses[p.body[i]], p.m[i]);
+    }
+    return s.least_masses[body];
 }
 
 /// Masses and momenta of one body's particles at the nodes.

@@ -40,6 +40,7 @@ class Explicit final : public Scheme<D> {
     void update_particles(State<D>& s, Lanes* nodes, Lanes* strain, double dt, const Kick& by) const;
     void clear_nodes(State<D>& s, Lanes* nodes) const;
     void find_held_by_bodies(State<D>& s) const;
+    double least_mass(State<D>& s, int body) const;
     void scatter_body(State<D>& s, int body, Lanes* nodes) const;
     void find_velocities(State<D>& s, Lanes* nodes, const Kick& by, const std::vector<HeldNode<D>>& held = {}) const;
     void solve_mass(State<D>& s, Lanes* nodes, unsigned parts, const std::vector<HeldNode<D>>& held) const;

@@ -49,7 +49,7 @@ void ExternalWork<D>::add(State<D>& s) const
     for (std::size_t l = 0; l < faces_now.size(); ++l) {
         Exchange& e = s.account.tractions[static_cast<std::size_t>(model_.loads[l].traction)];
         e.work -= work_on(faces_[l], faces_now[l]);
-        e.force += 0.5 * padded(faces_[l].force + faces_now[l].force);
+        e.force += padded(faces_[l].force);
     }
     s.account.body_force_work -= parallel_reduce(
         static_cast<std::ptrdiff_t>(particles_now.size()), 0.0,

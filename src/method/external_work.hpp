@@ -14,7 +14,7 @@ class ExternalWork {
   public:
     ExternalWork(const Model<D>& model, State<D>& s);
 
-    /// Adds what the step took to the account, and sets the forces of tractions.
+    /// Adds what the step took to the account, and sets the forces of tractions, those of the step.
     void add(State<D>& s) const;
 
   private:

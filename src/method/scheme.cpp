@@ -122,7 +122,7 @@ void Scheme<D>::take_accounted_step(State<D>& s, double dt) const
 {
     for (Exchange& e : s.account.boundaries) e.force = {};
     evaluate_external_forces(s, s.t);
-    s.has_external_forces = true;  // take_step begins with the same
+    s.has_external_forces = model_.method.scheme != TimeScheme::usf;  // take_step begins with the same; USF updates F before
     const ExternalWork<D> work(model_, s);
     take_step(s, dt);
     evaluate_external_forces(s, s.t);

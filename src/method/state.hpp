@@ -115,21 +115,23 @@ struct State {
     // Rebuilt by the sort; see method/layout.hpp.
     Lattice<D> lattice;
     NodeField<D> field;
-    Array<Lanes> velocity_records;     ///< for least-squares fits of the velocity
-    Array<Lanes> cell_records;         ///< for least-squares fits of fields in cells
-    Array<Lanes> cell_contents;        ///< see kernels/cell_fields.hpp
-    Array<Lanes> gradients;            ///< see kernels/cell_gradient.hpp
-    Array<Lanes> particle_nodes;       ///< sums over particles if `field.nodes` has sums over quadrature points
-    Array<Lanes> body_nodes;           ///< sums over the particles of one body, for conditions of bodies
-    Array<Lanes> wall_forces;          ///< forces without walls, with a consistent mass matrix
-    QuadraturePoints<D> points;        ///< for quadratures cell and gauss
-    ProjectionReport projection;       ///< of the last step
-    Account account;                   ///< since the start
-    bool has_external_forces = false;  ///< those that the next evaluation would find
-    double drift             = 0.0;    ///< upper bound on the displacement of particles since the sort, cells
-    double move              = 0.0;    ///< largest displacement along an axis in the last step, cells
-    double reach             = 0.0;    ///< largest distance from a particle to the edge of its domain, cells
-    int extra_reach          = 0;      ///< cells beyond that edge in which the particle's samples count
+    Array<Lanes> velocity_records;            ///< for least-squares fits of the velocity
+    Array<Lanes> cell_records;                ///< for least-squares fits of fields in cells
+    Array<Lanes> cell_contents;               ///< see kernels/cell_fields.hpp
+    Array<Lanes> gradients;                   ///< see kernels/cell_gradient.hpp
+    Array<Lanes> particle_nodes;              ///< sums over particles if `field.nodes` has sums over quadrature points
+    std::vector<unsigned char> held_corners;  ///< bit a of enriched corner e: a body's condition holds component a
+    std::vector<double> least_masses;         ///< of the particles of each body with a condition, kg
+    Array<Lanes> body_nodes;                  ///< sums over the particles of one body, for conditions of bodies
+    Array<Lanes> wall_forces;                 ///< forces without walls, with a consistent mass matrix
+    QuadraturePoints<D> points;               ///< for quadratures cell and gauss
+    ProjectionReport projection;              ///< of the last step
+    Account account;                          ///< since the start
+    bool has_external_forces = false;         ///< those that the next evaluation would find
+    double drift             = 0.0;           ///< upper bound on the displacement of particles since the sort, cells
+    double move              = 0.0;           ///< largest displacement along an axis in the last step, cells
+    double reach             = 0.0;           ///< largest distance from a particle to the edge of its domain, cells
+    int extra_reach          = 0;             ///< cells beyond that edge in which the particle's samples count
 
     std::vector<Vec<D>> wall_shifts;  ///< how far each wall has moved since t = 0, m
 

@@ -42,6 +42,30 @@ struct Rows {
     }
 };
 
+/// Numbers p_k with which sum p_k n_k is nearest to v, for normals n_k; 0 for those that depend on earlier ones.
+template <int D, class Normal>
+std::vector<double> parts_along(const Vec<D>& v, const Normal& normal, std::size_t count)
+{
+    std::vector<Vec<D>> unit, basis;  // of Gram and Schmidt, and the normals that they come from
+    std::vector<std::size_t> of;
+    for (std::size_t k = 0; k < count; ++k) {
+        Vec<D> rest = normal(k);
+        for (const Vec<D>& e : unit) rest -= dot(rest, e) * e;
+        if (!(norm(rest) > 1e-6 * norm(normal(k)))) continue;
+        unit.push_back((1 / norm(rest)) * rest);
+        basis.push_back(normal(k));
+        of.push_back(k);
+    }
+    std::vector<double> parts(count, 0.0);
+    Vec<D> left = v;
+    for (std::size_t k = unit.size(); k-- > 0;) {  // the last direction belongs to the last normal alone
+        const double part = dot(left, unit[k]) / dot(basis[k], unit[k]);
+        parts[of[k]]      = part;
+        left -= part * basis[k];
+    }
+    return parts;
+}
+
 template <int D>
 Vec<D> lanes_of(const Lanes& node, int first)
 {
@@ -51,7 +75,7 @@ Vec<D> lanes_of(const Lanes& node, int first)
 }
 
 /// Adds what a wall demands of a node's free components x: the whole of them if it sticks, else the part along the normal.
-/// `target` is what the node gets if the wall holds it, with components that are not free as they are.
+/// `target` is what the node gets if the wall holds it, `given` what its components get that are not free.
 template <int D>
 void demand(Rows<D>& rows, const Wall<D>& wall, Vec<D, bool> is_free, bool sticks, const Vec<D>& target, const Vec<D>& given)
 {
@@ -69,8 +93,13 @@ void demand(Rows<D>& rows, const Wall<D>& wall, Vec<D, bool> is_free, bool stick
 }  // namespace
 
 template <int D>
-WallContact<D>::WallContact(const Model<D>& model, State<D>& s, Lanes* nodes, const Lanes* known, double t, double dt)
-    : model_(model), s_(s), nodes_(nodes), dt_(dt), u_(velocities(model.walls, t))
+WallContact<D>::WallContact(const Model<D>& model, State<D>& s, Lanes* nodes, const Lanes* known, const Moment& when, double dt)
+    : model_(model),
+      s_(s),
+      nodes_(nodes),
+      dt_(dt),
+      u_(velocities(model.walls, when.t)),
+      middle_(velocities(model.walls, middle_of(when).t))
 {
     for (auto& touch : s.field.wall_nodes.touches(model.walls, s.wall_shifts, nodes)) {
         const Lanes& node = nodes[touch.node.node];
@@ -157,61 +186,68 @@ typename WallContact<D>::Reaction WallContact<D>::reaction(const Contact& c) con
     const Vec<D> all =
         along(c.touch.node.is_free,
               lanes_of<D>(s_.field.mass.q[s_.field.mass.rows.row(c.touch.node.node)], NodeLane::increment) - c.force);
-    Reaction r{.normal = std::vector<double>(c.closed.size(), 0.0), .tangential = all};
-    // Parts along normals that are not orthogonal: sweeps of Gauss and Seidel, as for lumped masses.
-    const int sweeps = sweeps_for(c.closed);
-    for (int sweep = 0; sweep < sweeps; ++sweep)
-        for (std::size_t k = 0; k < c.closed.size(); ++k) {
-            const Vec<D> n = normal(c, c.closed[k]);
-            if (dot(n, n) < 1e-12) continue;
-            const double more = dot(r.tangential, n) / dot(n, n);
-            r.normal[k] += more;
-            r.tangential -= more * n;
-        }
-    for (std::size_t k = 0; k < c.closed.size(); ++k) r.limit += model_.walls[c.closed[k]].friction * std::max(0.0, r.normal[k]);
+    Reaction r{.normal = parts_along<D>(
+                   all, [&](std::size_t k) { return normal(c, c.closed[k]); }, c.closed.size()),
+               .tangential = all};
+    for (std::size_t k = 0; k < c.closed.size(); ++k) {
+        r.tangential -= r.normal[k] * normal(c, c.closed[k]);
+        r.limit += model_.walls[c.closed[k]].friction * std::max(0.0, r.normal[k]);
+    }
     return r;
 }
 
-/// Changes what a node breaks; returns whether it does. Without `may_rub` friction stays as it is.
+/// Lets go what is pulled and closes what enters; with `one_wall` only the first of these. Returns whether anything has changed.
 template <int D>
-bool WallContact<D>::correct(Contact& c, bool may_rub) const
+bool WallContact<D>::correct_set(Contact& c, bool one_wall) const
 {
-    const double least_speed = 1e-9 * speed_, least_force = least_speed * c.mass / dt_;
     const Reaction r = reaction(c);
+    const Vec<D> v   = advanced(c);
+    bool has_changed = false;
     std::vector<int> closed;
-    for (std::size_t k = 0; k < c.closed.size(); ++k)
-        if (!(r.normal[k] < -least_force)) closed.push_back(c.closed[k]);
-    const Vec<D> v = advanced(c);
-    for (const int k : c.touch.walls)
-        if (std::find(c.closed.begin(), c.closed.end(), k) == c.closed.end() && norm(normal(c, k)) > 1e-6 &&
-            dot(v - u_[k], model_.walls[k].normal) < -least_speed)
-            closed.push_back(k);
-    std::sort(closed.begin(), closed.end());
-    const bool has_changed = closed != c.closed;
-    if (has_changed) {
-        c.closed = closed;
-        if (c.closed.empty()) c.sticks = false, c.rubbing = {};
-        return true;
+    for (const int k : c.touch.walls) {
+        const auto at    = std::find(c.closed.begin(), c.closed.end(), k);
+        const bool was   = at != c.closed.end();
+        const double gap = dot(v - u_[k], model_.walls[k].normal);
+        bool is          = was ? !(r.normal[static_cast<std::size_t>(at - c.closed.begin())] < -least_force(c))
+                               : norm(normal(c, k)) > 1e-6 && gap < -1e-9 * speed_;
+        if (is != was && has_changed && one_wall) is = was;
+        has_changed = has_changed || is != was;
+        if (is) closed.push_back(k);
     }
-    if (c.closed.empty() || !may_rub) return false;
+    if (!has_changed) return false;
+    c.closed = closed;
+    if (c.closed.empty()) c.sticks = false;
+    if (c.closed.empty()) c.rubbing = {};
+    return true;
+}
+
+/// Stops a node whose friction drives it, lets one slip that needs more than Coulomb's limit, and turns friction against the slip. Returns
+/// whether anything has changed.
+template <int D>
+bool WallContact<D>::correct_friction(Contact& c) const
+{
+    constexpr double close = 1e-7;  // of the limit: friction converges linearly
+    if (c.closed.empty()) return false;
+    const Reaction r       = reaction(c);
+    const double tolerance = close * r.limit + least_force(c);
     if (c.sticks) {
         const double size = norm(r.tangential);
-        if (size <= r.limit + least_force) return false;
+        if (size <= r.limit + tolerance) return false;
         c.sticks  = false;
         c.rubbing = (r.limit / size) * r.tangential;
         return true;
     }
     const Vec<D> now = slip(c);
-    if (r.limit > 0 && dot(now, c.rubbing) > 0) {  // friction would drive it
+    if (r.limit > 0 && dot(now, c.rubbing) > 0) {
         c.sticks  = true;
         c.rubbing = {};
         return true;
     }
     const double size   = norm(now);
-    const Vec<D> wanted = size > least_speed ? (-r.limit / size) * now : c.rubbing;
-    const bool is_other = norm(wanted - c.rubbing) > 1e-9 * r.limit + least_force;
-    if (is_other) c.rubbing = wanted;
-    return is_other;
+    const Vec<D> wanted = size > 1e-9 * speed_ ? (-r.limit / size) * now : c.rubbing;
+    if (!(norm(wanted - c.rubbing) > tolerance)) return false;
+    c.rubbing = wanted;
+    return true;
 }
 
 template <int D>
@@ -221,16 +257,26 @@ void WallContact<D>::report(const Contact& c, const ExchangeSums<D>& sums) const
     const Vec<D> v   = advanced(c);
     for (std::size_t k = 0; k < c.closed.size(); ++k) {
         const Wall<D>& wall = model_.walls[c.closed[k]];
-        const Vec<D> pushed = dt_ * r.normal[k] * normal(c, c.closed[k]), rubbed = k == 0 ? dt_ * r.tangential : Vec<D>{};
-        sums.add({wall.boundary, pushed + rubbed, -dot(pushed, u_[c.closed[k]]) - dot(rubbed, v)});
+        const double share  = r.limit > 0 ? wall.friction * std::max(0.0, r.normal[k]) / r.limit : 0.0;
+        const Vec<D> pushed = dt_ * r.normal[k] * normal(c, c.closed[k]), rubbed = dt_ * share * r.tangential;
+        sums.add({wall.boundary, pushed + rubbed, -dot(pushed, middle_[c.closed[k]]) - dot(rubbed, v)});
     }
 }
 
 template <int D>
 void WallContact<D>::solve(const Solve& solve, const std::function<void()>& multiply, const ExchangeSums<D>& sums)
 {
-    constexpr int at_once = 12, with_friction = 30, most = 400;  // rounds; two or three are usual
-    bool is_done = false;
+    constexpr int at_once = 12, of_friction = 30, most = 600;  // rounds; two or three are usual
+    bool is_done     = false;
+    int rubbed       = 0;
+    const auto found = [](auto& contacts, auto&& correct, bool one) {
+        bool r = false;
+        for (Contact& c : contacts) {
+            r = correct(c) || r;
+            if (r && one) break;
+        }
+        return r;
+    };
     for (int round = 0; round < most && !is_done; ++round) {
         put_forces();
         solve(all_held());
@@ -238,12 +284,12 @@ void WallContact<D>::solve(const Solve& solve, const std::function<void()>& mult
         speed_ = 0.0;
         for (const Contact& c : contacts_)
             speed_ = std::max({speed_, norm(advanced(c)), norm(c.v), dt_ * norm(c.force) / c.mass});
-        is_done = true;
-        for (Contact& c : contacts_)
-            if (correct(c, round < with_friction)) {
-                is_done = false;
-                if (round >= at_once) break;
-            }
+        const bool one = round >= at_once;
+        if (found(
+                contacts_, [&](Contact& c) { return correct_set(c, one); }, one))
+            continue;
+        is_done = rubbed++ == of_friction || !found(
+                                                 contacts_, [&](Contact& c) { return correct_friction(c); }, false);
     }
     if (!is_done && std::isfinite(speed_))
         throw NumericalError(
@@ -268,7 +314,8 @@ std::vector<HeldNode<D>> held_by_walls(const Model<D>& model, const State<D>& s,
         Rows<D> rows;
         for (const int k : touch.walls)
             if (const Grip grip = s.field.wall_nodes.grip(touch.number, k); grip != Grip::none)
-                demand(rows, model.walls[k], touch.node.is_free, grip == Grip::sticks, u[k], {});
+                demand(rows, model.walls[k], touch.node.is_free, grip == Grip::sticks, u[k],
+                       {});  // prescribed ones are set later
         if (!rows.unit.empty()) r.push_back(rows.held(touch.node.node));
     }
     return r;

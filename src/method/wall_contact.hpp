@@ -15,7 +15,8 @@ namespace ordo {
 /// normal one; it holds the node, or opposes its slip.
 ///
 /// The set of held nodes is guessed from lumped masses and corrected until all conditions hold. All nodes that break one change at once;
-/// after some rounds only the first, which cannot cycle without friction (Murty's rule).
+/// after some rounds only one wall of the first of them, which cannot cycle without friction (Murty's rule). Friction is corrected when
+/// the set has settled; what has not settled after some such rounds stays as it is.
 template <int D>
 class WallContact {
   public:
@@ -23,9 +24,9 @@ class WallContact {
     using Solve = std::function<void(const std::vector<HeldNode<D>>&)>;
 
     /// `nodes` have projected velocities and forces; `known` the accelerations of constrained components.
-    /// @param t time of the velocities after the step, s
-    /// @param dt its length, s
-    WallContact(const Model<D>& model, State<D>& s, Lanes* nodes, const Lanes* known, double t, double dt);
+    /// @param when of the velocities after the kick
+    /// @param dt length of the kick, s
+    WallContact(const Model<D>& model, State<D>& s, Lanes* nodes, const Lanes* known, const Moment& when, double dt);
 
     bool is_empty() const { return contacts_.empty(); }
 
@@ -40,7 +41,7 @@ class WallContact {
         double mass{};
         Vec<D> v{};                 ///< projected, m/s
         Vec<D> force{};             ///< without walls, N
-        Vec<D> known{};             ///< accelerations of components that are not free, less gravity
+        Vec<D> known{};             ///< accelerations of components that are not free, minus gravity
         std::vector<int> closed{};  ///< walls that push
         bool sticks = false;
         Vec<D> rubbing{};  ///< friction of a node that slips, N
@@ -61,15 +62,17 @@ class WallContact {
     std::vector<HeldNode<D>> all_held() const;
     void put_forces();
     Reaction reaction(const Contact& c) const;
-    bool correct(Contact& c, bool may_rub) const;
+    double least_force(const Contact& c) const { return 1e-9 * speed_ * c.mass / dt_; }
+    bool correct_set(Contact& c, bool one_wall) const;
+    bool correct_friction(Contact& c) const;
     void report(const Contact& c, const ExchangeSums<D>& sums) const;
 
     const Model<D>& model_;
     State<D>& s_;
     Lanes* nodes_;
     double dt_;
-    double speed_ = 0.0;  ///< of the nodes in walls, relative to them, at most, m/s
-    std::vector<Vec<D>> u_;
+    double speed_ = 0.0;              ///< scale of velocities at walls, m/s
+    std::vector<Vec<D>> u_, middle_;  ///< velocities of the walls after the kick and at the positions, m/s
     std::vector<Contact> contacts_;
 };
 

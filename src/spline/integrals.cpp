@@ -326,6 +326,7 @@ void SplineScheme<D>::solve_acceleration(State<D>& s) const
         ghost_weight = mean_weight({s.particles.view(), Lanes(0.0)}) * (kGhostOfMasses * cell_volume_);
         work.body.v.multiply(ghost_weight, work.part.data(), work.sums.data());
     }
+    work.ghost_weight = ghost_weight;
     clear(work.b, functions);
     if (is_cut_) {
         subtract_force();

@@ -267,6 +267,7 @@ void SplineScheme<D>::add_reactions(State<D>& s, double part) const
     SplineScratch<D>& work = *scratch_;
     clear(work.sums, v_space_.count());
     multiply_mass(work.a.data(), work.sums.data());
+    if (is_cut_) work.body.v.multiply(work.ghost_weight, work.a.data(), work.sums.data());
     const std::vector<double> inertia = of_holders(work.sums.data());
     for (std::size_t k = 0; k < holders_.size(); ++k)
         s.account.boundaries[holders_[k].boundary].force[holders_[k].component] += part * (inertia[k] - work.forces[k]);

@@ -55,6 +55,7 @@ struct SplineScratch {
     Array<Lanes> values;                  ///< of the particles: the data of a fit
     Array<Lanes> r, z, p, q;              ///< vectors of conjugate gradients
     std::vector<double> forces;           ///< on the components that boundaries hold, N
+    Lanes ghost_weight{};                 ///< of the ghost penalty in the mass matrix, kg
     Array<Lanes> sums, scale;             ///< row sums of a matrix; scale of its preconditioner
     Array<Lanes> b;                       ///< right-hand sides
     Array<Lanes> part;                    ///< some lanes of `v`, also with those of `a`

@@ -90,7 +90,24 @@ INSTANTIATE_TEST_SUITE_P(
                      testing::Values(TimeScheme::usf, TimeScheme::usl, TimeScheme::musl), testing::Values(0.0, 0.3)),
     name_of_balance);
 
-/// A body force does the work that gravity would do, to round-off; a moving plane gives a free block the energy of its impact.
+/// To keep the account changes no particle, also where a pressure follows faces that USF turns before it acts.
+TEST(Account, DoesNotChangeTheRun)
+{
+    for (const TimeScheme scheme : {TimeScheme::usf, TimeScheme::usl, TimeScheme::musl}) {
+        setup::CaseSpec<2> spec = pushed_block(find_preset("cpdi1")->spec);
+        spec.method.scheme      = scheme;
+        spec.tractions          = {{.traction = {TractionType::pressure, {Field(2000.0)}}}};
+        spec.time.end           = 0.02;
+        Simulation<2> with(setup::build(spec)), without(setup::build(spec));
+        without.state().account.is_wanted = false;
+        with.run();
+        without.run();
+        const Particles<2>&p = with.state().particles, &q = without.state().particles;
+        for (int i = 0; i < p.count; ++i) ASSERT_TRUE(p.x[i] == q.x[i] && p.v[i] == q.v[i] && p.sigma[i] == q.sigma[i]) << i;
+    }
+}
+
+/// A body force does the work that gravity would do, to round-off.
 TEST(Account, WorkOfBodyForces)
 {
     setup::CaseSpec<2> spec = pushed_block(find_preset("cpdi1")->spec);
@@ -147,7 +164,7 @@ TEST(Account, WorkOfTractions)
     const Account& a = sim.state().account;
     const double way = 0.05, height = 0.6, mean_pressure = 50.0;
     EXPECT_NEAR(a.traction_work(), mean_pressure * height * way, 1e-10);
-    EXPECT_NEAR(a.tractions[0].force[0], -99.5 * height, 1e-9);
+    EXPECT_NEAR(a.tractions[0].force[0], -99.0 * height, 1e-9);
     EXPECT_NEAR(a.boundary_work(), -a.traction_work(), 0.02 * a.traction_work());  // the boundary drives the block against it
     EXPECT_NEAR(sim.state().particles.x[0][0] - sim.state().particles.X[0][0], way, 1e-12);
 }

@@ -255,6 +255,23 @@ struct BoundaryCase {
     bool outer_is_above;
     int first_constrained, last_constrained;  ///< nodes of a 10-cell axis, without margin; -1 and 11 are in the margin
 };
+/// The nodes of a region, also beyond the seam of a periodic axis, where nodes repeat others.
+TEST(Condition, RegionsCrossSeams)
+{
+    const Lattice<1> lattice({0.0}, {0.1}, {10}, {true}, 1);
+    Tiles<1> tiles(lattice, 1, 10);
+    Array<std::uint64_t> keys(10);
+    for (int k = 0; k < 10; ++k) keys[k] = tiles.key({k + lattice.margin});
+    tiles.assign(keys);
+    std::vector<Condition<1>> conditions(1);
+    conditions[0].region = [](const Vec<1>& x) { return x[0] > 0.85 && x[0] < 1.15; };
+    std::set<int> held;
+    Constraints<1>(conditions, lattice, tiles).for_each([&](std::ptrdiff_t node, int, bool) {
+        held.insert(lattice.inside_period(lattice.index(node))[0] - lattice.margin);
+    });
+    EXPECT_EQ(held, (std::set<int>{0, 1, 9}));
+}
+
 TEST(Condition, PlanesActFromTheirNodeOutwards)
 {
     for (const BoundaryCase& c :

@@ -148,14 +148,14 @@ struct Floor : testing::Test {
 TEST_F(Floor, ActsOnNodesInItAndOnItsSurface)
 {
     fill({{4, -1}});
-    of_walls().advance(walls, shifts, nodes.data(), 0.0, {nullptr, 1.0});
+    of_walls().advance(walls, shifts, nodes.data(), {0.0}, {nullptr, 1.0});
     for (const double y : {0.0, 0.25, 0.5}) EXPECT_EQ(at(0.5, y), (std::array{3.5, 0.0, -0.375, 1.25})) << y;
     for (const double y : {0.75, 1.0}) EXPECT_EQ(at(0.5, y), (std::array{4.0, -1.0, 0.125, 0.25})) << y;
 }
 TEST_F(Floor, LeavesNodesWithoutMass)
 {
     fill({{4, -1}}, 0.0);
-    of_walls().advance(walls, shifts, nodes.data(), 0.0, {nullptr, 1.0});
+    of_walls().advance(walls, shifts, nodes.data(), {0.0}, {nullptr, 1.0});
     EXPECT_EQ(at(0.5, 0.5), (std::array{4.0, -1.0, 0.125, 0.25}));
 }
 TEST_F(Floor, MovesWithItsVelocity)
@@ -163,7 +163,7 @@ TEST_F(Floor, MovesWithItsVelocity)
     walls[0].velocity[1] = Field(std::function<double(const FieldPoint&)>([](const FieldPoint& p) { return 3 * p.t; }));
     shifts[0]            = {{0, 0.26}};
     fill({{0, -1}});
-    of_walls().advance(walls, shifts, nodes.data(), 2.0, {nullptr, 1.0});
+    of_walls().advance(walls, shifts, nodes.data(), {2.0}, {nullptr, 1.0});
     EXPECT_EQ(at(0.5, 0.75), (std::array{0.0, 6.0, 0.125, 7.25}));
     EXPECT_EQ(at(0.5, 1.0), (std::array{0.0, -1.0, 0.125, 0.25}));
 }
@@ -174,7 +174,7 @@ TEST_F(Floor, HoldsTheSameNodesAgain)
     fill({{4, -1}});                                               // slips
     nodes[lattice.offset({1, 1})][NodeLane::velocity + 1] = 1.0;   // leaves
     nodes[lattice.offset({2, 1})][NodeLane::velocity]     = 0.25;  // sticks
-    in_walls.advance(walls, shifts, nodes.data(), 0.0, {nullptr, 1.0});
+    in_walls.advance(walls, shifts, nodes.data(), {0.0}, {nullptr, 1.0});
     fill({{4, -1}});
     in_walls.repeat(walls, shifts, nodes.data(), 0.0);
     EXPECT_EQ(at(0.0, 0.0), (std::array{4.0, -1.0, 0.125, 0.25}));
@@ -187,7 +187,7 @@ TEST_F(Floor, LeavesWhatConditionsHold)
     held.axis          = 1;
     held.type          = ConditionType::symmetry;
     fill({{4, -1}});
-    of_walls().advance(walls, shifts, nodes.data(), 0.0, {nullptr, 1.0});
+    of_walls().advance(walls, shifts, nodes.data(), {0.0}, {nullptr, 1.0});
     EXPECT_EQ(at(0.5, 0.0), (std::array{4.0, -1.0, 0.125, 0.25}));  // on y-min
     EXPECT_EQ(at(0.5, 0.25), (std::array{3.5, 0.0, -0.375, 1.25}));
 }
