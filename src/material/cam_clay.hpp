@@ -146,10 +146,16 @@ struct CamClay {
                 const Dual<> r             = volume_residual(Dual<>(x, 1.0), Dual<>(multiplier));
                 (r.value > 0 ? high : low) = x;
                 const double step          = -r.value / r.slope;
-                if (std::fabs(step) <= 1e-16 + 1e-15 * std::fabs(x)) return x;
+                if (std::fabs(step) <= 1e-16 + 1e-15 * (std::fabs(x) + multiplier * pc)) return x;
                 x = inside(x + step, x, low, high);
             }
             return x;
+        }
+        /// Of f/pc^2, from the size of its terms: small steps from the yield surface leave little more.
+        double rounding(double x) const
+        {
+            const double p = law.elastic.pressure(theta - x) / pc;
+            return 4e-16 * (p * p + p);
         }
         /// f/pc^2 with its derivative: one more step of Newton's method, in dual numbers, gives that of the volume strain.
         Dual<> operator()(double multiplier, double& x) const
@@ -180,7 +186,7 @@ struct CamClay {
             const Dual<> f       = residual(multiplier, x);
             const double step    = -f.value / f.slope;
             const bool is_closed = high < LawParameter::none && !(high - low > 1e-15 * high);
-            if (f.value == 0 || is_closed || (k > 0 && std::fabs(step) <= 1e-15 * multiplier))
+            if (std::fabs(f.value) <= residual.rounding(x) || is_closed || (k > 0 && std::fabs(step) <= 1e-15 * multiplier))
                 return {residual.ratio(multiplier), x, residual.size(x), std::isfinite(f.value)};
             (f.value > 0 ? low : high) = multiplier;
             multiplier                 = inside(multiplier + step, multiplier, low, high);

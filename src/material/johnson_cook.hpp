@@ -222,7 +222,7 @@ struct JohnsonCook {
         for (int k = 0; k < most; ++k) {
             const Dual<> r    = residual(Dual<>(lambda, 1.0), q, alpha, before, dt);
             const double step = -r.value / r.slope;
-            if (std::fabs(step) <= 1e-15 * lambda || r.value == 0) return lambda;
+            if (std::fabs(step) <= 1e-15 * lambda || std::fabs(r.value) <= 4e-16 * q) return lambda;
             (r.value > 0 ? low : high) = lambda;
             if (!(high - low > 1e-15 * high)) return lambda;
             const double next = lambda + step;

@@ -80,7 +80,7 @@ struct MuI {
             const T ends = T(slow) * p, most = T(fast) * p, a = T(elastic.shear * step.dt / time) * sqrt(p);
             const T B = trial + most + a, H = trial * most + a * ends;
             const T t     = T(2.0) * H / (B + sqrt(larger(B * B - T(4.0) * H, T(0.0))));
-            const T ratio = choose(f, choose(p, t / trial, T(0.0)), T(1.0));
+            const T ratio = choose(f, t / trial, T(1.0));
             h[kAlpha] += choose(f, T(std::sqrt(2.0 / 3)) * (T(1.0) - ratio) * norm, T(0.0));
             return RadialReturn<T>{f, ratio, T(0.0)};
         });

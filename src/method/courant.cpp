@@ -111,13 +111,19 @@ class Speeds {
     double viscosity(std::ptrdiff_t i) const
     {
         const Material& m = model_.materials[p_.material[i]];
-        return m.law->in<D>().stiffness ? of(m, i).viscosity * p_.V[i] / p_.m[i] : 0.0;
+        return m.law->in<D>().stiffness ? of(m, i).viscosity * (has_started(i) ? p_.V[i] : p_.V0[i]) / p_.m[i] : 0.0;
     }
 
   private:
+    /// Before the start of a run, when a fixed time step is checked, particles have neither F nor history.
+    bool has_started(std::ptrdiff_t i) const { return det(p_.F[i]) > 0; }
     Stiffness of(const Material& m, std::ptrdiff_t i) const
     {
         double history[Material::most_history];
+        if (!has_started(i)) {
+            m.law->in<D>().start(m, Mat<D>::identity(), history);
+            return m.law->in<D>().stiffness(m, Mat<D>::identity(), history);
+        }
         int k = 0;
         for (const double* column : columns_[p_.material[i]]) history[k++] = column[i];
         return m.law->in<D>().stiffness(m, p_.F[i], history);

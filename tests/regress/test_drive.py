@@ -34,7 +34,7 @@ FAULTS = [
     (("--path", "triaxial"), "needs --confine"),
     (("--path", "uniaxial", "--confine", "1"), "has no meaning for --path uniaxial"),
     (("--path", "simple-shear", "--dim", "1"), "does not exist in 1D"),
-    (("--path", "uniaxial", "--set", "yeild=1"), 'Did you mean "yield"?'),
+    (("--path", "uniaxial", "--set", "yields=1"), 'Did you mean "yield"?'),
     (("--path", "uniaxial", "--set", "cohesion=1"), "cohesion"),
     (("--path", "uniaxial", "--set", "model=j2"), "is not a parameter of the law"),
     (("--path", "uniaxial", "--json", "no/such/place.json"), "no/such/place.json"),

@@ -3,7 +3,7 @@
 import unittest
 
 import numpy
-from harness import InTemporaryDirectory, contents, frames, has_hdf5, ordo, particle_data, read_vtk
+from harness import CASE, InTemporaryDirectory, contents, edit, frames, has_hdf5, ordo, particle_data, read_vtk
 
 # A block hits a wall fast enough to flow: strains of some ten percent.
 IMPACT = """\
@@ -88,6 +88,20 @@ face = "x-min"
 type = "symmetry"
 """
 
+PAIR = "young = 1000.0\npoisson = 0.3\n"
+LAWS = {
+    "j2": PAIR + "yield = 0.1\n",
+    "drucker-prager": PAIR + "friction_angle = 30\ndilation_angle = 0\ncohesion = 0\nvolume_correction = true\nfit = 'plane-strain'\n",
+    "fluid": "sound_speed = 1\nviscosity = 0.01\nyield = 0.001\ntension = false\n",
+    "mohr-coulomb": PAIR + "friction_angle = 30\ndilation_angle = 10\ncohesion = 0.1\nresidual_cohesion = 0.05\nsoftening_strain = 0.1\n",
+    "johnson-cook": PAIR + "A = 0.1\nB = 1\nn = 0.5\nC = 0.01\nm = 1\nreference_rate = 1\nreference_temperature = 300\nmelting_temperature = 900\nspecific_heat = 400\n"
+    "taylor_quinney = 0.9\nsound_speed = 1\nshock_slope = 1.5\ngruneisen = 2\n",
+    "cam-clay": "shear = 300\nswelling_index = 0.01\ncompression_index = 0.1\ncritical_slope = 1\nreference_pressure = 1\npreconsolidation = 2\n",
+    "mu-i": PAIR + "friction_static = 0.3\nfriction_dynamic = 0.6\ninertial_number = 0.3\ngrain_diameter = 0.01\ngrain_density = 2000\n",
+    "mooney-rivlin": "bulk = 1000\nc10 = 100\nc01 = 50\n",
+    "ogden": "bulk = 1000\nmoduli = [200, -20]\nexponents = [2, -2]\n",
+}
+
 
 class Plasticity(InTemporaryDirectory):
     def history(self, text, output, *args):
@@ -108,6 +122,19 @@ class Plasticity(InTemporaryDirectory):
                 self.assertGreater(data["plastic_strain"].max(), 0.1)
                 # On or inside the yield surface, which is in the Kirchhoff stress: J is near 1.
                 self.assertTrue((data["von_mises"] <= 1.2 * (2e4 + 2e4 * data["plastic_strain"])).all())
+
+    def test_every_law_runs(self):
+        """From the input to the files, with a time step that follows the law."""
+        for law, numbers in LAWS.items():
+            for dim in (1, 2, 3):
+                with self.subTest(law, dim=dim):
+                    case = edit(CASE, ("dt = 0.001", "cfl = 0.2"), ("end = 0.01", "end = 0.4"), ("young = 1000.0\npoisson = 0.3\n", f"model = '{law}'\n" + numbers), "velocity = '0.1*sin(5*x)'\n")
+                    h = self.history(case, "one", "--set", f"grid.dim={dim}")
+                    self.assertGreater(len(h), 2)
+                    self.assertLess(len(h), 100)
+                    self.assertTrue(numpy.isfinite(h["total_energy"]).all())
+                    again = ordo("check", self.dir / "one" / "case.toml", cwd=self.dir)
+                    self.assertEqual(again.returncode, 0, again.stderr)
 
     @unittest.skipUnless(has_hdf5(), "ordo was built without HDF5")
     def test_threads_and_restart(self):

@@ -116,6 +116,7 @@ TEST(Fluid, TimeStep)
     const auto [pressed, shorter] = limits({"sound_speed=10"}, 0.9);
     EXPECT_NEAR(pressed / rest, std::pow(0.9, 3), 1e-12) << "c = c0 J^-3";
     EXPECT_NEAR(shorter / usual, std::pow(0.9, 3), 1e-12);
+    EXPECT_EQ(limits({"sound_speed=10"}, 0.0).first, rest) << "before the start there is no F";
     const auto [viscous, automatic] = limits({"sound_speed=10", "viscosity=5000"}, 0.9);
     EXPECT_NEAR(viscous, 1000 / 0.9 / (2 * 5000 * 2 * 16), 1e-12);
     EXPECT_EQ(automatic, viscous);

@@ -93,5 +93,40 @@ TEST(Hencky, LargeShearKeepsTheSmallStretch)
     EXPECT_NEAR(std::sqrt(square(strain.dev)), std::sqrt(2.0) * e, 1e-9);
 }
 
+/// Just below the limit of the series, where their last terms count.
+TEST(Hencky, SeriesKeepTheirDigits)
+{
+    const double e = 0.999 * kSmallStrain / std::sqrt(2.0);
+    for (const double sign : {1.0, -1.0}) {
+        const Symmetric<3> b{{std::exp(2 * sign * e), std::exp(-2 * sign * e), 1.0, 0.0, 0.0, 0.0}};
+        const HenckyStrain<3> strain = hencky_strain(b);
+        EXPECT_NEAR(strain.dev(0, 0), sign * e, 4e-16);
+        EXPECT_NEAR(strain.dev(1, 1), -sign * e, 4e-16);
+        EXPECT_NEAR(strain.theta, 0, 4e-16);
+        EXPECT_NEAR(stretched(strain)(0, 0), b(0, 0), 5e-16);
+    }
+}
+
+/// No lane depends on its neighbours, to the last bit: those beyond the limit of the series go another way.
+TEST(Hencky, LanesAreAlone)
+{
+    test::Random random(14);
+    for (int n = 0; n < 20; ++n) {
+        const Symmetric<3> own = random_stretch<3>(random, 0.01), other = random_stretch<3>(random, 0.4);
+        Symmetric<3, Lanes> calm{}, mixed{};
+        for (int k = 0; k < own.size; ++k) {
+            calm.c[k] = mixed.c[k] = Lanes(own.c[k]);
+            mixed.c[k][5]          = other.c[k];
+        }
+        const HenckyStrain<3, Lanes> a = hencky_strain(calm), b = hencky_strain(mixed);
+        const Symmetric<3, Lanes> c = stretched(a), d = stretched(b);
+        EXPECT_EQ(a.theta[0], b.theta[0]);
+        for (int k = 0; k < own.size; ++k) {
+            EXPECT_EQ(a.dev.c[k][0], b.dev.c[k][0]);
+            EXPECT_EQ(c.c[k][0], d.c[k][0]);
+        }
+    }
+}
+
 }  // namespace
 }  // namespace ordo

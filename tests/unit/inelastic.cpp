@@ -163,6 +163,25 @@ TEST(Inelastic, LowerDimensionsAreThoseOf3D)
     check_lower_dimension<2>();
 }
 
+/// Steps of any size are solved, also those whose plastic flow is near rounding: the step of Driven expects no fault.
+TEST(Inelastic, TinyStepsAreSolved)
+{
+    for_each_inelastic([](const LawRow&, const Material& m) {
+        Random random(25);
+        for (int n = 0; n < 20; ++n) {
+            Driven<3> point(m);
+            point.step(random_deformation<3>(random, 0.1), 0.1);
+            for (int k = 0; k < 100; ++k) {
+                const double size = std::pow(10.0, -uniform(random, 2, 15));
+                Mat<3> f          = Mat<3>::identity();
+                for (int c = 0; c < 9; ++c) f(c / 3, c % 3) += uniform(random, -size, size);
+                point.step(f * point.F, size);
+                EXPECT_TRUE(std::isfinite(square(point.sigma)));
+            }
+        }
+    });
+}
+
 /// int tau : d dt = stored + dissipated, to first order in the step.
 TEST(Inelastic, WorkIsStoredOrDissipated)
 {

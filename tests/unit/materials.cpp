@@ -295,5 +295,24 @@ TEST(Materials, OgdenDerivativesAtRest)
         }
 }
 
+/// The same at equal and nearly equal stretches away from rest, against differences.
+TEST(Materials, OgdenDerivativesAtEqualStretches)
+{
+    const Material m = test::sample_material("ogden");
+    const Ogden law  = Ogden::of(m);
+    for (const double other : {1.3, 1.3001, 1.31})
+        for (int k = 0; k < 9; ++k) {
+            constexpr double h = 1e-5;
+            Mat<3> up{{{1.3, 0, 0}, {0, other, 0}, {0, 0, 1.3}}}, down = up;
+            Mat<3, Dual<>> F{};
+            for (int c = 0; c < 9; ++c) F(c / 3, c % 3) = Dual<>(up(c / 3, c % 3), c == k ? 1.0 : 0.0);
+            up(k / 3, k % 3) += h;
+            down(k / 3, k % 3) -= h;
+            const Stress<3, Dual<>> s = law.cauchy(F);
+            const Stress<3> change    = (law.cauchy(up) + -1.0 * law.cauchy(down)) * (1 / (2 * h));
+            for (int c = 0; c < s.size; ++c) EXPECT_NEAR(s.c[c].slope, change.c[c], 1e-6 * m.p_wave_modulus());
+        }
+}
+
 }  // namespace
 }  // namespace ordo

@@ -816,6 +816,23 @@ TEST(CamClay, StepsEndOnTheYieldSurface)
     }
 }
 
+/// Normally consolidated clay starts on the yield surface: also tiny steps from there are solved.
+TEST(CamClay, TinyStepsFromTheYieldSurface)
+{
+    Random random(42);
+    for (int n = 0; n < 200; ++n) {
+        Driven<3> point(clay(10));
+        for (int k = 0; k < 20; ++k) {
+            const double size = std::pow(10.0, -uniform(random, 3, 15));
+            Mat<3> f          = Mat<3>::identity();
+            for (int c = 0; c < 9; ++c) f(c / 3, c % 3) += uniform(random, -size, size);
+            point.step(f * point.F);
+            const double p = -trace(point.kirchhoff()) / 3, pc = point.column("preconsolidation");
+            EXPECT_LT(1.5 * square(deviator(point.kirchhoff())) / 1.21 + p * (p - pc), 1e-13 * pc * pc);
+        }
+    }
+}
+
 TEST(CamClay, Stiffness)
 {
     const Material m = clay(12);
