@@ -56,9 +56,9 @@ void require_writable_file(const std::string& option, const std::string& path);
 
 struct BenchOptions {
     bool machine = false;
-    bool all     = false;                ///< every preset
-    std::optional<int> dim;              ///< default 3; with `all` 2 and 3
-    std::optional<std::string> method;   ///< default mpm
+    bool all     = false;               ///< every preset
+    std::optional<int> dim;             ///< default 3; with `all` 2 and 3
+    std::optional<std::string> method;  ///< default mpm
     std::string material = "neo-hookean";
     std::vector<std::string> overrides;  ///< key=value
     std::optional<int> particles;        ///< default 1e6; with `all` 2e5
