@@ -153,7 +153,7 @@ FAULTS = [
     fault("displacement-late", "a displacement takes the velocity of half a step before", "grid/condition.hpp",
           "return (at_time(@when.t + 0.5 * when.dt@) - at_time", "when.t", "pass:Account.DisplacementsAreExact"),
     fault("bodies-hold-all", "the condition of a body holds the nodes of all bodies", "method/explicit.cpp",
-          "while (begin < tile.end && @of[begin] != body@) ++begin;", "false", "pass:Account.DisplacementsAreExact"),
+          "while (end < tile.end && @of[end] == body@) ++end;", "true", "pass:Account.DisplacementsAreExact"),
     fault("coupled-walls-pull", "with a consistent mass matrix a wall holds what leaves it", "method/wall_contact.cpp",
           "? @!(r.normal[static_cast<std::size_t>(at - c.closed.begin())] < -least_force(c))@", "true", "pass:Bases/OneWall.PushesAndRubs/0"),
     fault("coupled-friction-drives", "friction with a consistent mass matrix acts along the slip", "method/wall_contact.cpp",

@@ -496,8 +496,8 @@ void Explicit<D>::scatter_body(State<D>& s, int body, Lanes* nodes) const
     const std::int32_t* of = s.particles.body.data();
     s.field.tiles.for_each_by_colour([&](const Tile& tile) {
         for (int begin = tile.begin, end = begin; begin < tile.end; begin = end + 1) {
-            while (begin < tile.end && of[begin] != body) ++begin;
-            for (end = begin; end < tile.end && of[end] == body;) ++end;
+            end = begin;
+            while (end < tile.end && of[end] == body) ++end;
             if (begin < end) passes_.project(view, begin, end);
         }
     });
