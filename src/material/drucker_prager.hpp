@@ -8,7 +8,8 @@ namespace ordo {
 /// f = sqrt(J2) + eta P - xi c in the Kirchhoff stress, P = tr(tau)/3 (tension positive), flow with eta_flow instead of eta,
 /// Hencky's elasticity, c = cohesion + hardening alpha, not below zero. alpha' = xi lambda'.
 /// Return to the cone or to the apex: de Souza Neto, Peric & Owen (2008), boxes 8.8 to 8.10. At the apex alpha grows by
-/// (xi/eta_flow) d eps_v^p; without dilation by sqrt(2/3) |dev eps^p|.
+/// (xi/eta_flow) d eps_v^p; without dilation by xi sqrt(2) |dev eps^p|, which is what the cone gives where it ends: with any other
+/// growth cohesion would jump there, and with softening energy would be created.
 /// Volume correction, for material without cohesion: what ln J gained at the apex is taken back before pressure builds up (after
 /// Tampubolon et al. 2017, ACM TOG 36:105); else loose sand regains volume for free.
 struct DruckerPrager {
@@ -174,7 +175,7 @@ struct DruckerPrager {
     {
         const double K = elastic.bulk, per_volume = eta_flow > 0 ? xi / eta_flow : 0.0, height = xi / eta;
         const T linear = T(cohesion) + T(hardening) * alpha, c = larger(linear, T(0.0));
-        const T strain = eta_flow > 0 ? T(0.0) : T(std::sqrt(2.0 / 3)) * norm;  // of the deviator, without dilation
+        const T strain = eta_flow > 0 ? T(0.0) : T(xi * std::sqrt(2.0)) * norm;  // of the deviator, without dilation
         const T now    = larger(c + T(hardening) * strain, T(0.0));
         const T volume = (T(K) * theta - T(height) * now) * T(1 / (K + height * hardening * per_volume));
         const T gone   = c + T(hardening * per_volume) * volume;  // negative: no cohesion is left
