@@ -185,6 +185,23 @@ TEST(MuI, FrictionOfTheRate)
     }
 }
 
+/// Grains that start apart carry nothing and store nothing, also when they were sheared before; after they touch, they carry what
+/// they were compressed since.
+TEST(MuI, StartsApart)
+{
+    const Material m   = grains();
+    const Mat<3> F     = {{{1.1, 0.2, 0}, {0, 1.05, 0}, {0, 0, 1}}};
+    const auto& of_law = m.law->in<3>();
+    EXPECT_EQ(square(of_law.initial_stress(m, F)), 0);
+    Driven<3> point(m);
+    of_law.start(m, F, point.history.data());
+    point.F = F;
+    EXPECT_EQ(point.stored(), 0);
+    point.step(F * std::cbrt(0.98 / 1.155), 0.1);
+    EXPECT_NEAR(trace(point.kirchhoff()) / 3, m.bulk_modulus() * std::log(0.98), 1e-10);
+    EXPECT_NEAR(square(deviator(point.kirchhoff())), 0, 1e-20);
+}
+
 /// Grains that are pulled apart carry nothing, and touch again where they parted.
 TEST(MuI, Separation)
 {
