@@ -821,7 +821,7 @@ TEST(CamClay, AgreesWithItsRateEquations)
         start.inner        = {pc, 0, 0};
         const Comparison c = compare(
             m, rates_of_cam_clay(m), start, [](Random& r) { return random_path(r, 0.2, 0.3, 0.02); }, 1000, 500, 1.0, paths);
-        EXPECT_LT(c.worst, 5e-4);
+        EXPECT_LT(c.worst, 1e-5);
         EXPECT_NEAR(c.order, 1, 0.1);
         EXPECT_GT(c.with_events, 0.75 * paths);
         paths = 100;
