@@ -40,8 +40,8 @@ struct DruckerPrager {
         LawParameter{.name     = "fit",
                      .unit     = "",
                      .what     = "which Mohr-Coulomb states of these angles the cone meets: outer edges "
-                                 "(triaxial compression), inner edges (extension) or plane strain",
-                     .fallback = 0.0,
+                                 "(triaxial compression; if not given), inner edges (extension) or plane strain",
+                     .fallback = not_given,
                      .kind     = ParameterKind::word,
                      .choices  = {"outer", "inner", "plane-strain"}},
         LawParameter{.name = "cohesion", .unit = "Pa", .what = "cohesion"},
@@ -92,6 +92,7 @@ struct DruckerPrager {
         const bool has_all = has_slopes ? has(kEta) && has(kEtaFlow) && has(kXi) : has(kFriction) && has(kDilation);
         if (has_slopes == has_angles || !has_all)
             return {"model", "drucker-prager needs either friction_angle and dilation_angle, or eta, eta_flow and xi"};
+        if (has_slopes && has(kFit)) return {"fit", "is for angles: remove it, or give friction_angle and dilation_angle"};
         Material whole = m;
         complete(whole);
         const DruckerPrager law = of(whole);
