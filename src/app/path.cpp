@@ -390,6 +390,24 @@ const std::vector<std::string>& path_names()
     return names;
 }
 
+namespace {
+
+/// Throws if the numbers of a named path make no path.
+void require_numbers(const NamedPath& path)
+{
+    const bool is_shear = path.name == "simple-shear";
+    const double most   = is_shear ? 1000.0 : 10.0;
+    if (path.strain && !(std::fabs(*path.strain) <= most))
+        throw InputError(fmt::format("--strain: must be from -{0} to {0}, it is {1} (got {2})", most,
+                                     is_shear ? "a shear" : "a logarithmic strain", *path.strain));
+    if (!(path.rate >= 1e-100 && path.rate <= 1e100))
+        throw InputError(fmt::format("--rate: must be a positive number from 1e-100 to 1e100 (got {})", path.rate));
+    if (path.confine && !(*path.confine <= 1e100))
+        throw InputError(fmt::format("--confine: must be at most 1e100 Pa (got {})", *path.confine));
+}
+
+}  // namespace
+
 std::vector<Target> named_path(const NamedPath& given, const Material& material, int dim)
 {
     NamedPath path         = given;
@@ -400,6 +418,7 @@ std::vector<Target> named_path(const NamedPath& given, const Material& material,
         throw InputError(fmt::format("--path {}: needs --confine, a positive pressure in Pa", path.name));
     if (!is_confined && path.confine)
         throw InputError(fmt::format("--confine: has no meaning for --path {}; remove it", path.name));
+    require_numbers(path);
     if (!path.strain) path.strain = path.name == "simple-shear" ? 1.0 : path.name == "uniaxial" ? 0.1 : -0.1;
     std::vector<Target> rows(1);
     if (is_confined) {

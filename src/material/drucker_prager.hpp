@@ -8,7 +8,8 @@ namespace ordo {
 /// f = sqrt(J2) + eta P - xi c in the Kirchhoff stress, P = tr(tau)/3 (tension positive), flow with eta_flow instead of eta,
 /// Hencky's elasticity, c = cohesion + hardening alpha, not below zero. alpha' = xi lambda'.
 /// Return to the cone or to the apex: de Souza Neto, Peric & Owen (2008), boxes 8.8 to 8.10. At the apex alpha grows by
-/// (xi/eta_flow) d eps_v^p; without dilation by sqrt(2/3) |dev eps^p|.
+/// (xi/eta_flow) d eps_v^p; without dilation by xi sqrt(2) |dev eps^p|, which is what the cone gives where it ends: with any other
+/// growth cohesion would jump there, and with softening energy would be created.
 /// Volume correction, for material without cohesion: what ln J gained at the apex is taken back before pressure builds up (after
 /// Tampubolon et al. 2017, ACM TOG 36:105); else loose sand regains volume for free.
 struct DruckerPrager {
@@ -39,8 +40,8 @@ struct DruckerPrager {
         LawParameter{.name     = "fit",
                      .unit     = "",
                      .what     = "which Mohr-Coulomb states of these angles the cone meets: outer edges "
-                                 "(triaxial compression), inner edges (extension) or plane strain",
-                     .fallback = 0.0,
+                                 "(triaxial compression; if not given), inner edges (extension) or plane strain",
+                     .fallback = not_given,
                      .kind     = ParameterKind::word,
                      .choices  = {"outer", "inner", "plane-strain"}},
         LawParameter{.name = "cohesion", .unit = "Pa", .what = "cohesion"},
@@ -91,6 +92,7 @@ struct DruckerPrager {
         const bool has_all = has_slopes ? has(kEta) && has(kEtaFlow) && has(kXi) : has(kFriction) && has(kDilation);
         if (has_slopes == has_angles || !has_all)
             return {"model", "drucker-prager needs either friction_angle and dilation_angle, or eta, eta_flow and xi"};
+        if (has_slopes && has(kFit)) return {"fit", "is for angles: remove it, or give friction_angle and dilation_angle"};
         Material whole = m;
         complete(whole);
         const DruckerPrager law = of(whole);
@@ -174,7 +176,7 @@ struct DruckerPrager {
     {
         const double K = elastic.bulk, per_volume = eta_flow > 0 ? xi / eta_flow : 0.0, height = xi / eta;
         const T linear = T(cohesion) + T(hardening) * alpha, c = larger(linear, T(0.0));
-        const T strain = eta_flow > 0 ? T(0.0) : T(std::sqrt(2.0 / 3)) * norm;  // of the deviator, without dilation
+        const T strain = eta_flow > 0 ? T(0.0) : T(xi * std::sqrt(2.0)) * norm;  // of the deviator, without dilation
         const T now    = larger(c + T(hardening) * strain, T(0.0));
         const T volume = (T(K) * theta - T(height) * now) * T(1 / (K + height * hardening * per_volume));
         const T gone   = c + T(hardening * per_volume) * volume;  // negative: no cohesion is left

@@ -14,6 +14,7 @@ struct Fluid {
                                       what = "weakly compressible fluid: Tait's pressure, Newtonian or Bingham (Monaghan 1994)";
     static constexpr Elasticity elasticity = Elasticity::none;
     static constexpr int max_dim           = 3;
+    static constexpr double not_given      = LawParameter::none;
     static constexpr std::array parameters{
         LawParameter{.name     = "sound_speed",
                      .unit     = "m/s",
@@ -30,9 +31,9 @@ struct Fluid {
         LawParameter{.name = "yield", .unit = "Pa", .what = "yield stress in shear (Bingham)", .fallback = 0.0},
         LawParameter{.name     = "critical_rate",
                      .unit     = "1/s",
-                     .what     = "shear rate below which a Bingham fluid is Newtonian; a smaller "
-                                 "one needs smaller time steps",
-                     .fallback = 0.01,
+                     .what     = "shear rate below which a Bingham fluid is Newtonian, 0.01 if not given; a "
+                                 "smaller one needs smaller time steps",
+                     .fallback = not_given,
                      .open_min = true},
         LawParameter{
             .name = "tension", .unit = "", .what = "the pressure may be negative", .fallback = 1.0, .kind = ParameterKind::flag}};
@@ -47,7 +48,18 @@ struct Fluid {
         const auto& p = m.parameters;
         return {m.lambda, p[kGamma], p[kViscosity], p[kYield], p[kCriticalRate], p[kTension] > 0};
     }
-    static void complete(Material& m) { m.lambda = m.density * m.parameters[kSoundSpeed] * m.parameters[kSoundSpeed]; }
+    static void complete(Material& m)
+    {
+        auto& p  = m.parameters;
+        m.lambda = m.density * p[kSoundSpeed] * p[kSoundSpeed];
+        if (p[kCriticalRate] == not_given) p[kCriticalRate] = 0.01;
+    }
+    static BadParameter check(const Material& m)
+    {
+        if (m.parameters[kCriticalRate] != not_given && m.parameters[kYield] == 0)
+            return {"critical_rate", "has no effect without yield: give the yield stress, or remove it"};
+        return {};
+    }
 
     template <int D, class T>
     ORDO_FLAT void start(const Mat<D, T>&, T*) const

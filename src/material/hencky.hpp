@@ -128,7 +128,7 @@ ORDO_FLAT inline Spectrum<D, T> spectrum(const Symmetric<D, T>& s)
     r.axes = Mat<D, T>::identity();
     if constexpr (D == 2) rotate_jacobi(m, r.axes, 0, 1);
     if constexpr (D == 3) {
-        constexpr int sweeps = 6;  // off-diagonals were below 1e-16 of the largest value after 5 (tests/unit/plasticity.cpp)
+        constexpr int sweeps = 6;  // off-diagonals were below 1e-16 of the largest value after 5 (tests/unit/hencky.cpp)
         for (int k = 0; k < sweeps; ++k) {
             rotate_jacobi(m, r.axes, 0, 1);
             rotate_jacobi(m, r.axes, 0, 2);

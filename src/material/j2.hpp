@@ -38,6 +38,10 @@ struct J2 {
         const J2 law = of(m);
         if (!(3 * law.elastic.shear + law.hardening > 0))
             return {"hardening", "must be above -3 times the shear modulus: else no stress solves a step"};
+        if (law.rate == 0 && law.saturation != law.yield)
+            return {"saturation", "has no effect without saturation_rate: give that too, or remove it"};
+        if (law.rate > 0 && law.saturation == law.yield)
+            return {"saturation_rate", "has no effect without saturation: give one other than yield, or remove it"};
         if (!(3 * law.elastic.shear + law.hardening + law.rate * (law.saturation - law.yield) > 0))
             return {"saturation_rate",
                     "makes the yield stress fall faster than 3 times the shear modulus: take a smaller one, or "

@@ -11,7 +11,6 @@ namespace ordo {
 struct MieGruneisen {
     double stiffness, slope, gruneisen;  ///< stiffness = rho0 c0^2, Pa
 
-    bool is_valid(double J) const { return 1 - slope * (1 - J) > 0; }
     /// The pressure without E. A template on the scalar for its derivative.
     template <class T>
     T cold(const T& J) const

@@ -221,6 +221,8 @@ struct MohrCoulomb {
                              law.peak.cohesion != law.residual.cohesion;
         if (softens && law.softening_strain == not_given)
             return {"softening_strain", "is missing: residual values differ from those at the start"};
+        if (!softens && law.softening_strain != not_given)
+            return {"softening_strain", "has no effect: give a residual value other than that at the start, or remove it"};
         const bool has_apex = law.peak.friction > 0 || law.residual.friction > 0;
         const bool is_flat  = law.peak.dilation == 0 || law.residual.dilation == 0;
         if (has_apex && is_flat && law.tension == not_given)

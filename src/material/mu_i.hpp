@@ -5,21 +5,20 @@
 
 namespace ordo {
 
-/// Hencky's elasticity without tension: grains that are apart (theta > 0) carry no stress; the shear part is for those that
-/// touch.
+/// Hencky's elasticity of grains that touch; those that are apart (theta > 0) carry no stress and store no energy.
 struct GrainElasticity {
     double bulk, shear;  ///< Pa
 
     template <int D, class T>
     ORDO_FLAT Symmetric<D, T> kirchhoff(const HenckyStrain<D, T>& e) const
     {
-        return T(2 * shear) * e.dev + isotropic<D>(T(bulk) * smaller(e.theta, T(0.0)));
+        return choose(e.theta, T(0.0), T(2 * shear)) * e.dev + isotropic<D>(T(bulk) * smaller(e.theta, T(0.0)));
     }
     template <int D, class T>
     ORDO_FLAT T energy(const HenckyStrain<D, T>& e) const
     {
         const T theta = smaller(e.theta, T(0.0));
-        return T(bulk / 2) * theta * theta + T(shear) * square(e.dev);
+        return T(bulk / 2) * theta * theta + choose(e.theta, T(0.0), T(shear)) * square(e.dev);
     }
 };
 
@@ -55,10 +54,13 @@ struct MuI {
         return {};
     }
 
+    /// Grains that are apart at the start keep the volume of F alone, as those that part.
     template <int D, class T>
     ORDO_FLAT void start(const Mat<D, T>& F, T* h) const
     {
-        write_symmetric(left_cauchy_green(F), h + kB);
+        const Symmetric<D, T> b = left_cauchy_green(F);
+        const T theta           = hencky_strain(b).theta;
+        write_symmetric(choose(theta, isotropic<D>(exp(theta * T(2.0 / 3))), b), h + kB);
     }
     template <int D, class T>
     ORDO_FLAT Stress<D, T> stress(const Mat<D, T>& F, const T* h) const

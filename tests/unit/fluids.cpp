@@ -98,28 +98,70 @@ TEST(Fluid, WithoutTensionOrTime)
     EXPECT_GT(point.stored(), 0);
 }
 
-/// The time step follows the compression, and the viscosity limits it: rho/(2 eta sum 1/h^2).
+/// The limits of steps for particles of a fluid, stretched by l along x: stable and automatic.
+template <int D>
+std::pair<double, double> time_steps(int cells, const std::vector<std::string>& settings, double l = 1.0)
+{
+    Model<D> model  = unit_box<D>(cells, MethodSpec{});
+    model.materials = {material_of("fluid", settings)};
+    Particles<D> p  = plant_halves(model, block(model, 0.25, 0.75, 2));
+    for (int i = 0; i < p.count; ++i) {
+        p.F[i]       = Mat<D>::identity();
+        p.F[i](0, 0) = l;
+        p.V[i]       = l * p.V0[i];
+        p.m[i]       = 1000 * p.V0[i];
+    }
+    return {stable_time_step(model, p), automatic_time_step(model, p, 0.4)};
+}
+
+/// The time step follows the compression.
 TEST(Fluid, TimeStep)
 {
-    Model<2> model = unit_box<2>(4, MethodSpec{});
-    auto limits    = [&](const std::vector<std::string>& settings, double l) {
-        model.materials = {material_of("fluid", settings)};
-        Particles<2> p  = plant_halves(model, block(model, 0.25, 0.75, 2));
-        for (int i = 0; i < p.count; ++i) {
-            p.F[i] = {{{l, 0}, {0, 1}}};
-            p.V[i] = l * p.V0[i];
-            p.m[i] = 1000 * p.V0[i];
-        }
-        return std::pair{stable_time_step(model, p), automatic_time_step(model, p, 0.4)};
-    };
-    const auto [rest, usual]      = limits({"sound_speed=10"}, 1.0);
-    const auto [pressed, shorter] = limits({"sound_speed=10"}, 0.9);
+    const auto [rest, usual]      = time_steps<2>(4, {"sound_speed=10"});
+    const auto [pressed, shorter] = time_steps<2>(4, {"sound_speed=10"}, 0.9);
     EXPECT_NEAR(pressed / rest, std::pow(0.9, 3), 1e-12) << "c = c0 J^-3";
     EXPECT_NEAR(shorter / usual, std::pow(0.9, 3), 1e-12);
-    EXPECT_EQ(limits({"sound_speed=10"}, 0.0).first, rest) << "before the start there is no F";
-    const auto [viscous, automatic] = limits({"sound_speed=10", "viscosity=5000"}, 0.9);
-    EXPECT_NEAR(viscous, 1000 / 0.9 / (2 * 5000 * 2 * 16), 1e-12);
-    EXPECT_EQ(automatic, viscous);
+    EXPECT_EQ(time_steps<2>(4, {"sound_speed=10"}, 0.0).first, rest) << "before the start there is no F";
+}
+
+/// How much velocities grow in 1000 explicit steps: a periodic row of cells with the stress of the law and lumped masses, which
+/// starts at rest but for its fastest mode and some noise.
+double growth(const Material& m, int cells, double dt)
+{
+    Random random(31);
+    std::vector<Driven<1>> cell(static_cast<std::size_t>(cells), Driven<1>(m));
+    std::vector<double> v(cell.size());
+    const double h = 1.0 / cells, start = 1e-9;
+    for (std::size_t k = 0; k < v.size(); ++k) v[k] = start * ((k % 2 ? 0.5 : -0.5) + uniform(random, -0.5, 0.5));
+    double largest = 0;
+    for (int n = 0; n < 1000 && largest < 1e-3; ++n) {
+        for (std::size_t k = 0; k < v.size(); ++k)
+            cell[k].step({{{cell[k].F(0, 0) + dt * (v[(k + 1) % v.size()] - v[k]) / h}}}, dt);
+        for (std::size_t k = 0; k < v.size(); ++k) {
+            v[k] += dt * (cell[k].sigma(0, 0) - cell[(k + v.size() - 1) % v.size()].sigma(0, 0)) / (m.density * h);
+            largest = std::max(largest, std::fabs(v[k]));
+        }
+    }
+    return largest / start;
+}
+
+/// A row of cells is stable at the limit, and not much beyond it: for viscosity alone, and where waves and viscosity allow the
+/// same step each, at which they are unstable together.
+TEST(Fluid, ViscousTimeStep)
+{
+    constexpr int cells = 16;
+    const std::vector<std::string> viscous{"sound_speed=0.01", "viscosity=5000"}, elastic{"sound_speed=150"},
+        both{"sound_speed=150", "viscosity=5000"};
+    const double of_viscosity = time_steps<1>(cells, viscous).first, of_waves = time_steps<1>(cells, elastic).first;
+    EXPECT_LT(growth(material_of("fluid", viscous), cells, of_viscosity), 2);
+    EXPECT_GT(growth(material_of("fluid", viscous), cells, 1.05 * of_viscosity), 1e3) << "the limit is not far from this";
+    EXPECT_NEAR(of_viscosity / of_waves, 1, 0.1);
+    const double together = time_steps<1>(cells, both).first;
+    EXPECT_LT(growth(material_of("fluid", both), cells, together), 2);
+    EXPECT_GT(growth(material_of("fluid", both), cells, std::min(of_viscosity, of_waves)), 1e3);
+    EXPECT_GT(together, 0.4 * std::min(of_viscosity, of_waves));
+    EXPECT_LT(time_steps<1>(cells, both).second, together) << "automatic, with a smaller share of the wave";
+    EXPECT_NEAR(time_steps<2>(cells, viscous).first / of_viscosity, 0.5, 1e-3) << "two axes";
 }
 
 // ---- grains ---------------------------------------------------------------------------------------------------------------
@@ -183,6 +225,23 @@ TEST(MuI, FrictionOfTheRate)
         EXPECT_GT(t / p, dt < 1e-6 ? 0.6399 : 0.38);
         EXPECT_LT(t / p, dt > 100 ? 0.3801 : 0.64);
     }
+}
+
+/// Grains that start apart carry nothing and store nothing, also when they were sheared before; after they touch, they carry what
+/// they were compressed since.
+TEST(MuI, StartsApart)
+{
+    const Material m   = grains();
+    const Mat<3> F     = {{{1.1, 0.2, 0}, {0, 1.05, 0}, {0, 0, 1}}};
+    const auto& of_law = m.law->in<3>();
+    EXPECT_EQ(square(of_law.initial_stress(m, F)), 0);
+    Driven<3> point(m);
+    of_law.start(m, F, point.history.data());
+    point.F = F;
+    EXPECT_EQ(point.stored(), 0);
+    point.step(F * std::cbrt(0.98 / 1.155), 0.1);
+    EXPECT_NEAR(trace(point.kirchhoff()) / 3, m.bulk_modulus() * std::log(0.98), 1e-10);
+    EXPECT_NEAR(square(deviator(point.kirchhoff())), 0, 1e-20);
 }
 
 /// Grains that are pulled apart carry nothing, and touch again where they parted.

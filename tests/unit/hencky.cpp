@@ -84,6 +84,30 @@ TEST(Hencky, PrincipalAxes)
     check_spectrum<3>();
 }
 
+/// Five sweeps of rotations leave nothing off the diagonal, also of tensors with close and equal values; `spectrum` takes six.
+TEST(Hencky, SweepsAreEnough)
+{
+    test::Random random(15);
+    double worst = 0;
+    for (int k = 0; k < 20000; ++k) {
+        Mat<3> m{}, axes = Mat<3>::identity();
+        for (int i = 0; i < 3; ++i)
+            for (int j = i; j < 3; ++j)
+                m(i, j) = m(j, i) = test::uniform(random, -1, 1) * std::pow(10.0, -test::uniform(random, 0, 12));
+        if (k % 2 == 0)
+            for (int a = 0; a < 3; ++a) m(a, a) += 1;
+        double largest = 0;
+        for (int c = 0; c < 9; ++c) largest = std::max(largest, std::fabs(m(c / 3, c % 3)));
+        for (int sweep = 0; sweep < 5; ++sweep) {
+            rotate_jacobi(m, axes, 0, 1);
+            rotate_jacobi(m, axes, 0, 2);
+            rotate_jacobi(m, axes, 1, 2);
+        }
+        worst = std::max({worst, std::fabs(m(0, 1)) / largest, std::fabs(m(0, 2)) / largest, std::fabs(m(1, 2)) / largest});
+    }
+    EXPECT_LT(worst, 1e-16);
+}
+
 /// The smaller stretch of a shear of 1000 keeps its digits in 2D.
 TEST(Hencky, LargeShearKeepsTheSmallStretch)
 {

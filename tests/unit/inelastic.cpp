@@ -22,19 +22,21 @@ void for_each_inelastic(F&& f)
     EXPECT_GT(count, 0);
 }
 
-/// A rotation that depends on t, about an axis that turns.
-Mat<3> spin(double t)
+/// Any rotation, by a quaternion.
+Mat<3> random_rotation(Random& random)
 {
-    auto turn = [](int a, int b, double angle) {
-        Mat<3> Q = Mat<3>::identity();
-        Q(a, a) = Q(b, b) = std::cos(angle);
-        Q(a, b)           = -std::sin(angle);
-        Q(b, a)           = std::sin(angle);
-        return Q;
-    };
-    return turn(0, 1, 5 * t) * turn(1, 2, 3 * t * t) * turn(0, 2, -2 * t);
+    for (;;) {
+        double q[4], size = 0;
+        for (double& one : q) one = uniform(random, -1, 1), size += one * one;
+        if (size > 1 || size < 0.01) continue;
+        const double w = q[0], x = q[1], y = q[2], z = q[3], s = 2 / size;
+        return {{{1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)},
+                 {s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x)},
+                 {s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)}}};
+    }
 }
 
+/// The observer of `turning` turns by any angle in each step.
 TEST(Inelastic, IsObjectiveAndDissipates)
 {
     constexpr int steps = 20;
@@ -44,15 +46,17 @@ TEST(Inelastic, IsObjectiveAndDissipates)
             const SmoothPath path = random_path(random, 0.3, 0.3, 0.05);
             Driven<3> still(m), turning(m);
             double largest = 0;
+            Mat<3> Q       = Mat<3>::identity();
             for (int k = 1; k <= steps; ++k) {
+                Q                   = random_rotation(random);
                 const double t      = static_cast<double>(k) / steps;
                 const double before = still.column("dissipated");
                 still.step(to_mat(path.F(t)), 1.0 / steps);
                 EXPECT_GE(still.column("dissipated"), before);
-                turning.step(spin(t) * to_mat(path.F(t)), 1.0 / steps);
+                turning.step(Q * to_mat(path.F(t)), 1.0 / steps);
                 largest = std::max(largest, std::sqrt(square(still.sigma)));
             }
-            const Mat<3> Q = spin(1), expected = Q * full(still.sigma) * transpose(Q);
+            const Mat<3> expected = Q * full(still.sigma) * transpose(Q);
             for (int i = 0; i < 3; ++i)
                 for (int j = i; j < 3; ++j)
                     EXPECT_NEAR(turning.sigma(i, j), expected(i, j), 1e-12 * (m.p_wave_modulus() + largest));
