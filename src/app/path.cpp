@@ -232,6 +232,7 @@ class Point {
         return r;
     }
     double modulus() const { return material_.p_wave_modulus(); }
+    double shear() const { return material_.mu; }
 
   private:
     const Material& material_;
@@ -271,6 +272,24 @@ bool solve(std::vector<std::vector<double>> A, std::vector<double>& b)
         b[k] /= A[k][k];
     }
     return true;
+}
+
+/// The smallest x of A x = b in the sense of least squares: (A^T A + 1e-12 |A|^2 I) x = A^T b. Plastic flow leaves directions
+/// without stiffness. Zero if A is.
+std::vector<double> least_change(const std::vector<std::vector<double>>& A, const std::vector<double>& b)
+{
+    const std::size_t n = b.size();
+    std::vector<std::vector<double>> normal(n, std::vector<double>(n));
+    std::vector<double> x(n);
+    double square = 0.0;
+    for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t j = 0; j < n; ++j) {
+            square += A[i][j] * A[i][j];
+            x[j] += A[i][j] * b[i];
+            for (std::size_t k = 0; k < n; ++k) normal[j][k] += A[i][j] * A[i][k];
+        }
+    for (std::size_t i = 0; i < n; ++i) normal[i][i] += 1e-12 * square;
+    return solve(normal, x) ? x : std::vector<double>(n);
 }
 
 /// One row with mixed control: Newton's method on the free components of F, with differences for the derivatives.
@@ -316,22 +335,56 @@ class MixedStep {
         for (const double one : r) largest = std::max(largest, std::fabs(one));
         return largest;
     }
-    /// A step of Newton's method, halved until the residual falls; false if it does not.
+    using Slope = std::vector<std::vector<double>>;
+
+    /// A step of Newton's method, halved until the residual falls; false if it does not. At corners of yield surfaces and where
+    /// stress has just vanished the slope depends on the side: differences to either side, their mean, and the elastic slope.
     bool improve(Mat<D>& F, const std::vector<double>& r) const
     {
-        constexpr double h  = 1e-7;
+        const auto ahead = difference(F, r, 1e-7);
+        if (ahead && descend(F, r, *ahead)) return true;
+        const auto behind = difference(F, r, -1e-7);
+        if (behind && descend(F, r, *behind)) return true;
+        if (ahead && behind) {
+            Slope mean = *ahead;
+            for (std::size_t i = 0; i < mean.size(); ++i)
+                for (std::size_t k = 0; k < mean.size(); ++k) mean[i][k] = 0.5 * (mean[i][k] + (*behind)[i][k]);
+            if (descend(F, r, mean)) return true;
+        }
+        return descend(F, r, elastic_slope());
+    }
+    /// Derivatives of the stress over the unknowns by differences of h; nothing if a step is not solved.
+    std::optional<Slope> difference(const Mat<D>& F, const std::vector<double>& r, double h) const
+    {
         const std::size_t n = unknowns_.size();
-        std::vector<std::vector<double>> slope(n, std::vector<double>(n));
+        Slope slope(n, std::vector<double>(n));
         for (std::size_t k = 0; k < n; ++k) {
             Mat<D> moved = F;
             moved(unknowns_[k].first, unknowns_[k].second) += h;
             const auto s = point_.advanced(from_, moved, dt_);
-            if (!s) return false;
+            if (!s) return std::nullopt;
             const std::vector<double> other = residual(*s);
             for (std::size_t i = 0; i < n; ++i) slope[i][k] = (r[i] - other[i]) / h;
         }
-        std::vector<double> change = r;
-        if (!app::solve(slope, change)) return false;
+        return slope;
+    }
+    /// That of an isotropic material at rest.
+    Slope elastic_slope() const
+    {
+        const std::size_t n = unknowns_.size();
+        const double shear  = point_.shear() / point_.modulus();
+        Slope slope(n, std::vector<double>(n));
+        for (std::size_t i = 0; i < n; ++i)
+            for (std::size_t k = 0; k < n; ++k) {
+                const bool are_normal = unknowns_[i].first == unknowns_[i].second && unknowns_[k].first == unknowns_[k].second;
+                slope[i][k]           = i == k ? (are_normal ? 1.0 : shear) : are_normal ? 1 - 2 * shear : 0.0;
+            }
+        return slope;
+    }
+    bool descend(Mat<D>& F, const std::vector<double>& r, const Slope& slope) const
+    {
+        const std::size_t n        = unknowns_.size();
+        std::vector<double> change = least_change(slope, r);
         for (double part = 1.0; part > 1e-6; part /= 2) {
             Mat<D> next = F;
             for (std::size_t k = 0; k < n; ++k) next(unknowns_[k].first, unknowns_[k].second) += part * change[k];

@@ -108,6 +108,31 @@ class Drive(InTemporaryDirectory):
             self.assertAlmostEqual(float(row["cauchy_11"]) * 1e6, LAME + 2 * SHEAR, delta=0.01)
             self.assertAlmostEqual(float(row["stored"]) * 1e12, (LAME + 2 * SHEAR) / 2, delta=0.1)
 
+    def test_triaxial_of_each_law(self):
+        pair = "young=1000 poisson=0.3 "
+        angles = pair + "friction_angle=30 dilation_angle=10 cohesion="
+        for law, settings in (
+            ("mohr-coulomb", angles + "1"),
+            ("drucker-prager", angles + "1"),
+            ("drucker-prager", angles + "0"),
+            ("mu-i", pair + "friction_static=0.38 friction_dynamic=0.64 inertial_number=0.3 grain_diameter=0.001 grain_density=2450"),
+            ("j2", pair + "yield=10"),
+            ("cam-clay", "shear=60 swelling_index=0.05 compression_index=0.2 critical_slope=1.1 reference_pressure=10 preconsolidation=14"),
+            ("fluid", "sound_speed=1.2 viscosity=20"),
+            ("ogden", "bulk=833 moduli=200 exponents=2.6"),
+            ("neo-hookean", pair),
+        ):
+            for dim in ("2", "3"):
+                with self.subTest(law, settings=settings, dim=dim):
+                    sets = [word for setting in settings.split() for word in ("--set", setting)]
+                    done = ordo("drive", law, *sets, "--path", "triaxial", "--confine", 10, "--dim", dim, cwd=self.dir)
+                    self.assertEqual(done.returncode, 0, done.stderr)
+                    end = {k: float(v) for k, v in list(csv.DictReader(io.StringIO(done.stdout)))[-1].items()}
+                    self.assertAlmostEqual(end["cauchy_22"], -10, delta=1e-5)
+                    if law == "mohr-coulomb" and dim == "3":  # s1 = s3 tan^2(45 + phi/2) + 2 c tan(45 + phi/2), in J sigma
+                        J = end["F11"] * end["F22"] * end["F33"]
+                        self.assertAlmostEqual(-end["cauchy_11"], 3 * 10 + 2 * math.sqrt(3) / J, delta=1e-5)
+
     def test_bad_paths(self):
         for text, place, says, remedy in PATH_FAULTS:
             with self.subTest(says):
