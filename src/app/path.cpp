@@ -310,7 +310,7 @@ class MixedStep {
         Mat<D> F = plane_of<D>(target_.F) * base_;
         for (const auto& [i, j] : unknowns_) F(i, j) = from_.F(i, j);
         for (int k = 0; k < kMost; ++k) {
-            const auto now = point_.advanced(from_, F, dt_);
+            auto now = point_.advanced(from_, F, dt_);
             if (!now) return std::nullopt;
             std::vector<double> r = residual(*now);
             if (size(r) < kTolerance) return now;

@@ -166,10 +166,10 @@ inline int extra_reach(const MethodSpec& method)
 template <int D>
 std::size_t boundary_count(const Model<D>& model)
 {
-    int last = -1;
-    for (const Condition<D>& b : model.conditions) last = std::max(last, b.boundary);
-    for (const Wall<D>& w : model.walls) last = std::max(last, w.boundary);
-    return static_cast<std::size_t>(last + 1);
+    int count = 0;
+    for (const Condition<D>& b : model.conditions) count = std::max(count, b.boundary + 1);
+    for (const Wall<D>& w : model.walls) count = std::max(count, w.boundary + 1);
+    return static_cast<std::size_t>(count);
 }
 
 /// Whether a condition is on a plane other than the grid face on its side.
