@@ -46,7 +46,7 @@ struct HenckyElasticity {
 
 /// sigma = tau/J.
 template <int D, class T>
-ORDO_FLAT Stress<D, T> cauchy_of(const Symmetric<D, T>& tau, const Mat<D, T>& F)
+ORDO_FLAT inline Stress<D, T> cauchy_of(const Symmetric<D, T>& tau, const Mat<D, T>& F)
 {
     return tau * (T(1.0) / det(F));
 }
@@ -64,7 +64,7 @@ struct RadialReturn {
 /// logarithmic strains obey the return map of small strains (Simo 1992; de Souza Neto, Peric & Owen 2008, ch. 14). What is
 /// dissipated is tau : (eps_tr - eps), at the end of the step.
 template <int D, class T, class Elastic, class Map>
-ORDO_FLAT Stress<D, T> step_radially(const Step<D, T>& step, const Elastic& elastic, T* b, T& dissipated, Map&& map)
+ORDO_FLAT inline Stress<D, T> step_radially(const Step<D, T>& step, const Elastic& elastic, T* b, T& dissipated, Map&& map)
 {
     const Symmetric<D, T> trial    = pushed(step.G, read_symmetric<D>(b));
     const HenckyStrain<D, T> start = hencky_strain(trial);
@@ -85,7 +85,8 @@ ORDO_FLAT Stress<D, T> step_radially(const Step<D, T>& step, const Elastic& elas
 /// The same for a return map in principal axes, `map(trial tau[3], tau[3])`, which sets tau where the state yields and returns a
 /// number that is positive there. Values D, .. are those across the problem.
 template <int D, class T, class Map>
-ORDO_FLAT Stress<D, T> step_principally(const Step<D, T>& step, const HenckyElasticity& elastic, T* b, T& dissipated, Map&& map)
+ORDO_FLAT inline Stress<D, T> step_principally(const Step<D, T>& step, const HenckyElasticity& elastic, T* b, T& dissipated,
+                                               Map&& map)
 {
     const Symmetric<D, T> trial = pushed(step.G, read_symmetric<D>(b));
     const Spectrum<D, T> s      = positive_spectrum(trial);

@@ -29,7 +29,7 @@ struct MohrCoulombPyramid {
         double least                   = 1e-9 * size;
         bool is_found                  = false;
         for (const auto& set : sets) {
-            double candidate[3];
+            double candidate[3]{};
             const double wrong = set[0] < 0 ? violation_of_apex(trial, candidate) : violation(set, trial, candidate);
             if (!(wrong < least)) continue;
             least    = wrong;

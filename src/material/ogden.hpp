@@ -35,7 +35,7 @@ ORDO_FLAT constexpr T without_slope(const P& number)
 
 /// (a^e - b^e)/(a - b) of positive numbers, also where they are close: then e m^(e-1) with their mean m and its next term.
 template <class P>
-ORDO_FLAT P divided_power(const P& a, const P& b, double e)
+ORDO_FLAT inline P divided_power(const P& a, const P& b, double e)
 {
     const P mean = P(0.5) * (a + b), gap = a - b, part = gap / mean, close = P(1e-3) - fabs(part);
     const P series = P(e) * exp(P(e - 1) * log(mean)) * (P(1.0) + P((e - 1) * (e - 2) / 24) * part * part);
@@ -47,7 +47,7 @@ ORDO_FLAT P divided_power(const P& a, const P& b, double e)
 /// of off-diagonal components count by divided differences (Daleckii & Krein 1965), also where values are equal. So first
 /// derivatives are right, higher ones are not.
 template <int D, class T>
-ORDO_FLAT Symmetric<D, T> power(const Symmetric<D, T>& b, double e)
+ORDO_FLAT inline Symmetric<D, T> power(const Symmetric<D, T>& b, double e)
 {
     using P = decltype(primal(b.c[0]));
     Symmetric<D, P> numbers{};
