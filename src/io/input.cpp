@@ -962,8 +962,6 @@ void validate_boundary(BoundaryInput& in, std::size_t k, const CaseInput& c)
         in.fail("normal", fmt::format("is for type \"wall\" only, not \"{}\"; use face", in.type));
     validate_place(in);
     if (in.friction && !is_wall) in.fail("friction", fmt::format("has no meaning for the type \"{}\"; remove it", in.type));
-    if ((in.region || !in.body.empty()) && !has_motion && in.type != "fixed")
-        in.fail("type", "with a region or a body must be \"fixed\", \"velocity\" or \"displacement\"");
     if (in.region) {
         require_keys_of_shape(*in.region, dim, {"shape"});
         validate_angles(*in.region);

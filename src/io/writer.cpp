@@ -88,8 +88,7 @@ void Writer<D>::start_files()
 {
     directory_.remove(directory_.files());
     std::string exchanges;
-    for (const Exchanging& one : exchanging(input_))
-        exchanges += fmt::format(",{0}_force_x,{0}_force_y,{0}_force_z,{0}_work", one.name);
+    for (const Exchanging& one : exchanging_) exchanges += fmt::format(",{0}_force_x,{0}_force_y,{0}_force_z,{0}_work", one.name);
     history_ =
         LineFile(directory_.file("history.csv"),
                  "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy,"
@@ -215,7 +214,7 @@ void Writer<D>::row(State<D>& s)
     const ProjectionReport& p = s.projection;
     const Account& a          = s.account;
     std::string exchanges;
-    for (const Exchanging& one : exchanging(input_)) {
+    for (const Exchanging& one : exchanging_) {
         const Exchange& x = (one.is_traction ? a.tractions : a.boundaries)[static_cast<std::size_t>(one.number)];
         exchanges += fmt::format("{},{}", values(x.force), x.work);
     }

@@ -61,6 +61,7 @@ class Writer : public Observer<D> {
     void probe_row(Probe& probe, State<D>& s);
 
     const CaseInput& input_;
+    const std::vector<Exchanging> exchanging_ = exchanging(input_);
     const Model<D>& model_;
     RunDirectory& directory_;
     LineFile history_;

@@ -78,11 +78,13 @@ per_body = true
 """
 
 
-class Account(InTemporaryDirectory):
+class Runs(InTemporaryDirectory):
     def run_case(self, text, *more):
         self.run_good(self.write("case.toml", text), "--overwrite", "--output", "out", *more)
         return history(self.dir / "out")
 
+
+class Account(Runs):
     def test_energy_with_every_preset(self):
         """Their sum changes by the method's own error: 0.2 to 2 %; alone, kinetic and strain energy come from nowhere."""
         names = [n for n in presets() if n not in ("cpdi2e", "fem")]  # those need interfaces; FEM has no nodes at the piston's plane
@@ -122,11 +124,7 @@ class Account(InTemporaryDirectory):
         self.assertEqual(contents(self.dir / "whole"), contents(self.dir / "out"))
 
 
-class GripsAndRegions(InTemporaryDirectory):
-    def run_case(self, text, *more):
-        self.run_good(self.write("case.toml", text), "--overwrite", "--output", "out", *more)
-        return history(self.dir / "out")
-
+class GripsAndRegions(Runs):
     def test_a_bar_in_tension(self):
         """The force is E A (lambda^2 - 1)/(2 lambda) for the neo-Hookean law with nu = 0, the same at both ends; the grip goes as
         far as it is told."""
