@@ -95,7 +95,7 @@ void Writer<D>::start_files()
                  "dissipated_energy,"
                  "projection_mass_before,projection_mass_after,projection_momentum_x_before,projection_momentum_y_before,"
                  "projection_momentum_z_before,projection_momentum_x_after,projection_momentum_y_after,"
-                 "projection_momentum_z_after,dropped_pivots,fallback_nodes,boundary_work,traction_work,body_force_work" +
+                 "projection_momentum_z_after,dropped_pivots,fallback_nodes,boundary_work,traction_work,body_force_work,artificial_viscosity_work" +
                      exchanges);
     make_probes();
     for (std::size_t k = 0; k < probes_.size(); ++k) {
@@ -218,10 +218,10 @@ void Writer<D>::row(State<D>& s)
         const Exchange& x = (one.is_traction ? a.tractions : a.boundaries)[static_cast<std::size_t>(one.number)];
         exchanges += fmt::format("{},{}", values(x.force), x.work);
     }
-    history_.add(fmt::format("{},{},{}{},{},{},{},{},{},{},{}{}{},{},{},{},{},{}{}", s.t, s.dt_prev, e.mass, values(e.momentum),
+    history_.add(fmt::format("{},{},{}{},{},{},{},{},{},{},{}{}{},{},{},{},{},{},{}{}", s.t, s.dt_prev, e.mass, values(e.momentum),
                              e.kinetic_energy, e.strain_energy, e.total_energy(), e.potential, e.dissipated, p.mass_before,
                              p.mass_after, values(p.momentum_before), values(p.momentum_after), p.fit.dropped, p.fit.fallback,
-                             a.boundary_work(), a.traction_work(), a.body_force_work, exchanges));
+                             a.boundary_work(), a.traction_work(), a.body_force_work, e.artificial, exchanges));
     for (std::size_t k = 0; k < bodies_.size(); ++k) {
         const BodyTotals b = totals_of_body(model_, s.particles, static_cast<int>(k));
         bodies_[k].add(fmt::format("{},{}{}{}{},{},{},{}", s.t, b.mass, values(b.center), values(b.momentum), values(b.spin),

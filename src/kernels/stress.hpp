@@ -47,7 +47,7 @@ void update_stress(const Sweep<D>& sweep, const LawRow& row, const int* columns,
             const Mat<D, Lanes> G = load(s.increments, Batch{b.first - s.increment_first, b.count});
             Lanes history[columns_of_law + 1];  // C++ has no arrays of length 0
             for (int k = 0; k < columns_of_law; ++k) history[k] = load(s.p.history[columns[k]].data(), b);
-            const Step<D, Lanes> step{F, G, s.dt};
+            const Step<D, Lanes> step{F, G, s.dt, s.p.q ? load(s.p.q, b) : Lanes{}};
             if constexpr (Inelastic<L>) {
                 Lanes fault(0.0);
                 sigma = law.update(step, history, fault);

@@ -34,6 +34,7 @@ struct CamClay {
     static constexpr std::string_view name = "cam-clay", what = "modified Cam-Clay, finite strain (Borja & Tamagnini 1998)";
     static constexpr Elasticity elasticity = Elasticity::shear;
     static constexpr int max_dim           = 3;
+    static constexpr bool keeps_volume     = true;
     static constexpr std::array parameters{
         LawParameter{
             .name = "swelling_index", .unit = "", .what = "kappa, slope of ln J over ln p in unloading", .open_min = true},

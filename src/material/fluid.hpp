@@ -14,6 +14,7 @@ struct Fluid {
                                       what = "weakly compressible fluid: Tait's pressure, Newtonian or Bingham (Monaghan 1994)";
     static constexpr Elasticity elasticity = Elasticity::none;
     static constexpr int max_dim           = 3;
+    static constexpr bool keeps_volume     = true;
     static constexpr double not_given      = LawParameter::none;
     static constexpr std::array parameters{
         LawParameter{.name     = "sound_speed",

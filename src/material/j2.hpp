@@ -13,6 +13,7 @@ struct J2 {
                                       what = "von Mises plasticity with linear and Voce hardening, finite strain (Simo 1992)";
     static constexpr Elasticity elasticity = Elasticity::isotropic;
     static constexpr int max_dim           = 3;
+    static constexpr bool keeps_volume     = true;
     static constexpr std::array parameters{
         LawParameter{.name = "yield", .unit = "Pa", .what = "yield stress in tension", .open_min = true},
         LawParameter{.name     = "hardening",

@@ -37,6 +37,7 @@ struct JohnsonCook {
                                       what = "Johnson-Cook plasticity with adiabatic heating (1983), Mie-Gruneisen pressure";
     static constexpr Elasticity elasticity = Elasticity::isotropic;
     static constexpr int max_dim           = 3;
+    static constexpr bool keeps_volume     = true;
     static constexpr double not_given      = LawParameter::none;
     static constexpr std::array parameters{
         LawParameter{.name = "A", .unit = "Pa", .what = "yield stress at rest", .open_min = true},
@@ -143,7 +144,7 @@ struct JohnsonCook {
         const T before = J / det(Mat<D, T>::identity() + step.G);  // the volume ratio at the start of the step
         const T sound  = T(1.0) - T(shock.slope) * (T(1.0) - J);
         fault          = choose(sound, fault, T(1.0));
-        compress(before, J, shear_energy(read_symmetric<D>(h + kB)), h[kWork] - dissipated, h);
+        compress(before, J, shear_energy(read_symmetric<D>(h + kB)), h[kWork] - dissipated - step.q * (J - before), h);
         return sigma + isotropic<D>(-1.0 * h[kPressure]);
     }
     template <int D>

@@ -12,7 +12,8 @@ using NoParameters = std::array<LawParameter, 0>;
 using NoHistory    = std::array<HistoryColumn, 0>;
 
 /// What every law has: a name, a description, its elastic constants, parameters and history columns, the largest dimension
-/// in which it exists, and `of`, which makes the law from a material.
+/// in which it exists, and `of`, which makes the law from a material. A law that deforms at constant volume where it flows
+/// also has `keeps_volume`.
 template <class L>
 concept DescribedLaw = requires(const L law, const Material& m)
 {

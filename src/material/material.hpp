@@ -88,6 +88,7 @@ struct Step {
     Mat<D, T> F;  ///< deformation gradient after the step
     Mat<D, T> G;  ///< displacement gradient of the step with respect to its start: F = (I + G) F_old
     double dt;    ///< s
+    T q{};        ///< artificial pressure that did work in the step, Pa; not part of the stress of the law
 };
 
 /// What limits the time step: the modulus of P-waves K_t + 4 G/3, Pa, with c^2 = modulus/rho0, and the dynamic viscosity, Pa s.
@@ -122,6 +123,7 @@ struct LawRow {
     Elasticity elasticity;
     int max_dim;           ///< it exists in 1D up to this dimension
     bool is_hyperelastic;  ///< stress is a function of F
+    bool keeps_volume;     ///< where it flows, so that single particles lock (axis averaging)
     std::span<const LawParameter> parameters;
     std::span<const HistoryColumn> history;
     /// Finds parameters that do not go together; null for laws that take all.

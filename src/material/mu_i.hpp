@@ -31,6 +31,7 @@ struct MuI {
                                       what = "dry grains, mu(I) rheology (Jop et al. 2006; Dunatunga & Kamrin 2015)";
     static constexpr Elasticity elasticity = Elasticity::isotropic;
     static constexpr int max_dim           = 3;
+    static constexpr bool keeps_volume     = true;
     static constexpr std::array parameters{
         LawParameter{.name = "friction_static", .unit = "", .what = "mu_s, friction at rest", .open_min = true},
         LawParameter{.name = "friction_dynamic", .unit = "", .what = "mu_2, friction of fast flow", .open_min = true},

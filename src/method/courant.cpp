@@ -90,7 +90,8 @@ namespace {
 template <int D>
 class Speeds {
   public:
-    Speeds(const Model<D>& model, const Particles<D>& p) : model_(model), p_(p)
+    Speeds(const Model<D>& model, const Particles<D>& p)
+        : model_(model), p_(p), is_constant_(!has_artificial_viscosity(model.method))
     {
         for (const Material& m : model.materials) {
             std::vector<const double*>& columns = columns_.emplace_back();
@@ -110,11 +111,22 @@ class Speeds {
     }
     double viscosity(std::ptrdiff_t i) const
     {
-        const Material& m = model_.materials[p_.material[i]];
-        return m.law->in<D>().stiffness ? of(m, i).viscosity * (has_started(i) ? p_.V[i] : p_.V0[i]) / p_.m[i] : 0.0;
+        const Material& m   = model_.materials[p_.material[i]];
+        const double volume = (has_started(i) ? p_.V[i] : p_.V0[i]) / p_.m[i];
+        return (m.law->in<D>().stiffness ? of(m, i).viscosity * volume : 0.0) + artificial(m, i, volume);
     }
 
   private:
+    /// nu with the same limit as the artificial viscosity: q = rho nu |tr d| acts on longitudinal waves, where nu counts 4/3. From
+    /// the last q, which gives tr d.
+    double artificial(const Material& m, std::ptrdiff_t i, double volume) const
+    {
+        if (p_.q.empty()) return 0.0;
+        const double h      = *std::min_element(model_.h.c, model_.h.c + D);
+        const double linear = model_.method.linear_viscosity * m.wave_speed() * h,
+                     root   = 2 * model_.method.quadratic_viscosity * h;
+        return 0.75 * 0.5 * (linear + std::sqrt(linear * linear + root * root * p_.q[i] * volume));
+    }
     /// Before the start of a run, when a fixed time step is checked, particles have neither F nor history.
     bool has_started(std::ptrdiff_t i) const { return det(p_.F[i]) > 0; }
     Stiffness of(const Material& m, std::ptrdiff_t i) const
@@ -133,7 +145,7 @@ class Speeds {
     const Particles<D>& p_;
     std::vector<std::vector<const double*>> columns_;  ///< [material]
     std::vector<double> at_rest_;                      ///< [material]
-    bool is_constant_ = true;
+    bool is_constant_;
 };
 
 /// The shortest time in which a wave crosses a cell, s: h over (P-wave speed + |v|) for particles that spread to the grid, and

@@ -15,6 +15,7 @@ struct Totals {
     double strain_energy  = 0.0;  ///< J
     double potential      = 0.0;  ///< of gravity, -m g . x, J; on periodic axes x includes full periods
     double dissipated     = 0.0;  ///< by the material laws since the start, J
+    double artificial     = 0.0;  ///< the same by artificial viscosity, J
 
     double total_energy() const { return kinetic_energy + strain_energy; }
 };
@@ -73,7 +74,7 @@ template <int D>
 Totals totals(const Model<D>& model, const Particles<D>& p)
 {
     struct Sums {  // lane k: sums over every eighth particle
-        Lanes mass{}, kinetic_energy{}, strain_energy{}, potential{}, dissipated{};
+        Lanes mass{}, kinetic_energy{}, strain_energy{}, potential{}, dissipated{}, artificial{};
         Vec<D, Lanes> momentum{};
 
         void operator+=(const Sums& o)
@@ -83,6 +84,7 @@ Totals totals(const Model<D>& model, const Particles<D>& p)
             strain_energy += o.strain_energy;
             potential += o.potential;
             dissipated += o.dissipated;
+            artificial += o.artificial;
             momentum += o.momentum;
         }
     };
@@ -110,8 +112,9 @@ Totals totals(const Model<D>& model, const Particles<D>& p)
                                           r.potential      = -r.mass * dot(gravity, way(b));
                                           r.strain_energy  = energy(b);
                                           if (dissipated) r.dissipated = load(p.V0.data(), b) * load(dissipated, b);
+                                          if (!p.q_work.empty()) r.artificial = load(p.V0.data(), b) * load(p.q_work.data(), b);
                                           for (int lane = b.count; lane < Batch::size; ++lane)
-                                              r.strain_energy[lane] = r.dissipated[lane] = 0.0;
+                                              r.strain_energy[lane] = r.dissipated[lane] = r.artificial[lane] = 0.0;
                                           return r;
                                       },
                                       [](Sums& total, const Sums& one) { total += one; });
@@ -119,7 +122,8 @@ Totals totals(const Model<D>& model, const Particles<D>& p)
              .kinetic_energy = sum(sums.kinetic_energy),
              .strain_energy  = sum(sums.strain_energy),
              .potential      = sum(sums.potential),
-             .dissipated     = sum(sums.dissipated)};
+             .dissipated     = sum(sums.dissipated),
+             .artificial     = sum(sums.artificial)};
     for (int a = 0; a < D; ++a) r.momentum[a] = sum(sums.momentum[a]);
     return r;
 }

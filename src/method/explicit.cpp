@@ -2,6 +2,7 @@
 
 #include "kernels/nodes.hpp"
 #include "kernels/scatter.hpp"
+#include "method/averaging.hpp"
 #include "method/diagnostics.hpp"
 #include "method/enrichment.hpp"
 #include "method/reconstruction.hpp"
@@ -18,13 +19,19 @@ namespace {
 
 constexpr double kRounding = 1e-9;  // of a particle's mass: less reaches a node by round-off alone, where a face is on nodes
 
+template <int D>
+ArtificialViscosity artificial_viscosity(const Model<D>& model)
+{
+    return {model.method.linear_viscosity, model.method.quadratic_viscosity, *std::min_element(model.h.c, model.h.c + D)};
+}
+
 }  // namespace
 
 template <int D>
 Explicit<D>::Explicit(Model<D> of)
     : Scheme<D>(std::move(of)),
       passes_(choose_passes<D>(method())),
-      update_stress_(this->model().materials),
+      update_stress_(this->model().materials, artificial_viscosity(this->model())),
       mass_solver_(passes_, method().lump_below, has_tls_velocity(method()))
 {}
 
@@ -104,10 +111,18 @@ template <int D>
 void Explicit<D>::update_particles(State<D>& s, Lanes* nodes, Lanes* strain, double dt, const Kick& by) const
 {
     const TimeScheme scheme = method().scheme;
-    if (scheme == TimeScheme::usl) {
+    if (scheme == TimeScheme::usl && method().averaging == Averaging::none) {
         if (passes_.keep && !stores_gradient(method())) gather(s, passes_.keep, nodes, dt);
         find_gradients(s, nodes);
         deform(s, passes_.update_all, nodes, dt);
+        return;
+    }
+    if (scheme == TimeScheme::usl) {  // the same in parts, because averages need F of all particles
+        if (passes_.keep && !stores_gradient(method())) gather(s, passes_.keep, nodes, dt);
+        gather(s, passes_.update_velocity, nodes, dt);
+        find_gradients(s, nodes);
+        deform(s, passes_.deform, nodes, dt);
+        if (passes_.move) gather(s, passes_.move, nodes, dt);
         return;
     }
     if (scheme == TimeScheme::usf && passes_.keep) gather(s, passes_.keep, nodes, dt);
@@ -276,6 +291,7 @@ bool Explicit<D>::find_momenta_and_forces(State<D>& s, Lanes* nodes, const Kick&
     const bool finds_velocities = passes_.velocity_fit.solve || method().quadrature == Quadrature::cell;
     const bool is_fused         = passes_.project_and_force && !passes_.cell_fit.spread;
     if (is_fused) {
+        find_force_stress(s);
         scatter(s, passes_.project_and_force, nodes, 0, NodeLane::end);
         if (keeps_corner_velocity(method())) restore_momenta(s, nodes);
     } else {
@@ -295,6 +311,7 @@ void Explicit<D>::add_forces(State<D>& s, Lanes* nodes, bool has_points) const
     constexpr int force = NodeLane::increment;
     const bool is_cell  = method().quadrature == Quadrature::cell;
     if (!is_cell && !has_gauss_forces(method())) {
+        find_force_stress(s);
         scatter(s, passes_.force, nodes, force, NodeLane::volume);
         return;
     }
@@ -316,6 +333,15 @@ void Explicit<D>::add_forces(State<D>& s, Lanes* nodes, bool has_points) const
         scatter_points(s, passes_.force_points, nodes, force, NodeLane::volume);
     }
     if (!model().tractions.empty()) scatter(s, passes_.surface_force, nodes, force, NodeLane::volume);
+}
+
+/// Sets the stresses that forces come from, if they are not those of the laws.
+template <int D>
+void Explicit<D>::find_force_stress(State<D>& s) const
+{
+    if (!has_force_stress(method())) return;
+    Stopwatch watch(times(), StageTimes::fit);
+    ordo::find_force_stress(method(), s);
 }
 
 template <int D>
@@ -374,7 +400,8 @@ template <int D>
 void Explicit<D>::scatter(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const
 {
     Stopwatch watch(times(), StageTimes::scatter);
-    const Sweep<D> view = sweep(s, nodes, 0.0);
+    Sweep<D> view = sweep(s, nodes, 0.0);
+    if (!s.force_stress.empty()) view.p.sigma = s.force_stress.data();
     s.field.tiles.for_each_by_colour([&](const Tile& tile) { pass(view, tile.begin, tile.end); });
     s.field.halo.add(nodes, first_lane, last_lane);
 }
@@ -402,7 +429,28 @@ void Explicit<D>::deform(State<D>& s, typename Passes<D>::Gather pass, Lanes* no
 {
     Sweep<D> view = sweep(s, nodes, dt);
     view.is_past  = by == Deform::past;
+    if (method().averaging != Averaging::none) return deform_averaged(s, pass, view);
     gather_tiles(s, [&](const Tile& tile, TileReport& report) { update_stress_(pass, view, tile.begin, tile.end, report); });
+}
+
+/// The same with averages of the dilations, which need F of all particles before the first stress.
+template <int D>
+void Explicit<D>::deform_averaged(State<D>& s, typename Passes<D>::Gather pass, Sweep<D> view) const
+{
+    const std::size_t count = s.particles.x.size();
+    if (s.averages.V.size() != count) {
+        s.averages.V          = Array<double>(count);
+        s.averages.increments = Array<Mat<D>>(count);
+    }
+    std::copy(s.particles.V.begin(), s.particles.V.end(), s.averages.V.begin());
+    view.increments      = s.averages.increments.data();
+    view.increment_first = 0;
+    gather_tiles(s, [&](const Tile& tile, TileReport& report) { pass(view, tile.begin, tile.end, report); });
+    {
+        Stopwatch watch(times(), StageTimes::fit);
+        average_increments(method(), s, s.averages.V.data(), view.increments);
+    }
+    gather_tiles(s, [&](const Tile& tile, TileReport& report) { update_stress_.update(view, tile.begin, tile.end, report); });
 }
 
 /// run(tile, report) for all tiles; collects the reports.

@@ -51,6 +51,7 @@ class Explicit final : public Scheme<D> {
     void find_momenta(State<D>& s, Lanes* nodes) const;
     bool find_momenta_and_forces(State<D>& s, Lanes* nodes, const Kick& by) const;
     void add_forces(State<D>& s, Lanes* nodes, bool has_points) const;
+    void find_force_stress(State<D>& s) const;
     void fit_cells(State<D>& s) const;
     void report_projection(State<D>& s, const Lanes* nodes, bool has_velocities) const;
     void find_gradients(State<D>& s, const Lanes* nodes) const;
@@ -59,6 +60,7 @@ class Explicit final : public Scheme<D> {
     void scatter_points(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const;
     void gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt) const;
     void deform(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt, Deform by = Deform::next) const;
+    void deform_averaged(State<D>& s, typename Passes<D>::Gather pass, Sweep<D> view) const;
     template <class RunPass>
     void gather_tiles(State<D>& s, const RunPass& run) const;
     void constrain(State<D>& s, Lanes* nodes, const Kick& by, Velocity of) const;

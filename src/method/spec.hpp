@@ -20,6 +20,7 @@ enum class Gradient { shape, adjoint, affine, projected };
 enum class Update { flip, apic, polypic };
 enum class TimeScheme { usf, usl, musl, rk3, rk4 };
 enum class Start { leapfrog, plain };
+enum class Averaging { none, cell, node };
 
 /// A method: one choice per axis, and numbers.
 struct MethodSpec {
@@ -39,6 +40,7 @@ struct MethodSpec {
     Update update                  = Update::flip;
     TimeScheme scheme              = TimeScheme::usl;
     Start start                    = Start::leapfrog;
+    Averaging averaging            = Averaging::none;
     double degree                  = 1;
     double pic_fraction            = 0.0;
     double a0                      = 0.5;
@@ -49,10 +51,15 @@ struct MethodSpec {
     double removed_knots           = 0;
     double removed_stress_knots    = 0;
     double null_damping            = 0.01;
+    double linear_viscosity        = 0.0;
+    double quadratic_viscosity     = 0.0;
 
     bool operator==(const MethodSpec&) const = default;
 };
 
+inline bool has_artificial_viscosity(const MethodSpec& s) { return s.linear_viscosity > 0 || s.quadratic_viscosity > 0; }
+/// Forces come from stresses other than those of the laws.
+inline bool has_force_stress(const MethodSpec& s) { return s.averaging != Averaging::none || has_artificial_viscosity(s); }
 inline bool has_cells(const MethodSpec& s) { return s.domain == Domain::cell || s.domain == Domain::simplex; }
 inline bool has_splines(const MethodSpec& s) { return s.basis == Basis::bspline2 || s.basis == Basis::bspline3; }
 /// The scheme of docs/high_order.md.

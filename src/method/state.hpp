@@ -107,6 +107,16 @@ struct Account {
     double work() const { return boundary_work() + traction_work() + body_force_work; }
 };
 
+/// For the axis `averaging`, see method/averaging.hpp.
+template <int D>
+struct Averages {
+    Array<Lanes> records;      ///< of cells or vertices
+    Array<double> u;           ///< the scalar that is averaged
+    Array<double> V;           ///< volumes before the step, m^D
+    Array<Mat<D>> increments;  ///< displacement gradients of the step
+    int body_count = 0;
+};
+
 /// All that a step changes.
 template <int D>
 struct State {
@@ -125,13 +135,15 @@ struct State {
     Array<Lanes> body_nodes;                  ///< sums over the particles of one body, for conditions of bodies
     Array<Lanes> wall_forces;                 ///< forces without walls, with a consistent mass matrix
     QuadraturePoints<D> points;               ///< for quadratures cell and gauss
-    ProjectionReport projection;              ///< of the last step
-    Account account;                          ///< since the start
-    bool has_external_forces = false;         ///< those that the next evaluation would find
-    double drift             = 0.0;           ///< upper bound on the displacement of particles since the sort, cells
-    double move              = 0.0;           ///< largest displacement along an axis in the last step, cells
-    double reach             = 0.0;           ///< largest distance from a particle to the edge of its domain, cells
-    int extra_reach          = 0;             ///< cells beyond that edge in which the particle's samples count
+    Averages<D> averages;
+    Array<Stress<D>> force_stress;     ///< of particles, where forces come from stresses other than sigma
+    ProjectionReport projection;       ///< of the last step
+    Account account;                   ///< since the start
+    bool has_external_forces = false;  ///< those that the next evaluation would find
+    double drift             = 0.0;    ///< upper bound on the displacement of particles since the sort, cells
+    double move              = 0.0;    ///< largest displacement along an axis in the last step, cells
+    double reach             = 0.0;    ///< largest distance from a particle to the edge of its domain, cells
+    int extra_reach          = 0;      ///< cells beyond that edge in which the particle's samples count
 
     std::vector<Vec<D>> wall_shifts;  ///< how far each wall has moved since t = 0, m
 
@@ -219,6 +231,7 @@ FieldGroups field_groups(const Model<D>& model)
     g.corner_velocity = g.corner_samples || keeps_corner_velocity(model.method);
     for (int a = 0; a < D; ++a) g.periodic = g.periodic || model.periodic[a];
     g.history    = history_columns(model.materials, D);
+    g.shock      = has_artificial_viscosity(model.method);
     g.body_force = static_cast<bool>(model.body_force_kernel);
     for (const auto& b : model.body_forces) g.body_force = g.body_force || !is_zero<D>(b);
     return g;

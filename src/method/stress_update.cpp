@@ -7,7 +7,8 @@
 namespace ordo {
 
 template <int D>
-StressUpdate<D>::StressUpdate(const std::vector<Material>& materials)
+StressUpdate<D>::StressUpdate(const std::vector<Material>& materials, const ArtificialViscosity& viscosity)
+    : viscosity_(viscosity), needs_increments_(viscosity.is_on())
 {
     const std::vector<std::string> columns = history_columns(materials, D);
     for (const Material& m : materials) {
@@ -31,8 +32,15 @@ void StressUpdate<D>::operator()(typename Passes<D>::Gather deform, const Sweep<
         const int last    = std::min(first + piece, end);
         s.increment_first = first;
         deform(s, first, last, report);
-        for (const OfLaw& one : laws_) one.pass(s, *one.law, one.columns.data(), first, last, report);
+        update(s, first, last, report);
     }
+}
+
+template <int D>
+void StressUpdate<D>::update(const Sweep<D>& s, int begin, int end, TileReport& report) const
+{
+    for (const OfLaw& one : laws_) one.pass(s, *one.law, one.columns.data(), begin, end, report);
+    if (viscosity_.is_on()) update_artificial_pressure(s, viscosity_, begin, end);  // after the laws, which take the old one
 }
 
 template <int D>

@@ -1,6 +1,7 @@
 // The stress passes of a model's laws, chosen once at set-up.
 #pragma once
 
+#include "kernels/artificial_viscosity.hpp"
 #include "kernels/stress.hpp"
 #include "method/passes.hpp"
 
@@ -11,11 +12,14 @@ namespace ordo {
 template <int D>
 class StressUpdate {
   public:
-    explicit StressUpdate(const std::vector<Material>& materials);
+    explicit StressUpdate(const std::vector<Material>& materials, const ArtificialViscosity& viscosity = {});
 
     /// Runs the gather `deform` on particles [begin, end) piece by piece, and after each piece, while it is in cache, updates
     /// its stresses and history.
     void operator()(typename Passes<D>::Gather deform, const Sweep<D>& sweep, int begin, int end, TileReport& report) const;
+
+    /// Stresses and history of particles whose F and displacement gradients of the step are set, and their artificial pressures.
+    void update(const Sweep<D>& sweep, int begin, int end, TileReport& report) const;
 
   private:
     struct OfLaw {
@@ -24,6 +28,7 @@ class StressUpdate {
         std::vector<int> columns;  ///< history columns, in the order of the law
     };
     std::vector<OfLaw> laws_;
+    ArtificialViscosity viscosity_;
     bool needs_increments_ = false;
 };
 

@@ -171,6 +171,16 @@ constexpr Choice<Start> choices_of_start[] = {
     {Start::plain, "plain", "the first kick is a whole step: the initial velocity is taken as that at -dt/2"}};
 constexpr AxisRow<Start> row_of(Start) { return {"start", "time level of the velocities", choices_of_start}; }
 
+constexpr Choice<Averaging> choices_of_averaging[] = {
+    {Averaging::none, "none", "each particle its own; locks where the material hardly changes its volume"},
+    {Averaging::cell, "cell", "means over the particles of a body in a cell of the grid (F-bar; Coombs et al. 2018)"},
+    {Averaging::node, "node", "the same at the vertices of the grid, interpolated by hats: reproduces linear pressures inside"}};
+constexpr AxisRow<Averaging> row_of(Averaging)
+{
+    return {"averaging", "volume average of dilations and of mean stresses, against volumetric locking (docs/design.md)",
+            choices_of_averaging};
+}
+
 constexpr Setting kSettings[] = {
     Setting{"degree", &MethodSpec::degree, 0, 3,
             "degree of the polynomials of projections mls, imls, tls and polynomial and of quadratures cell and gauss", true},
@@ -187,7 +197,11 @@ constexpr Setting kSettings[] = {
             "spline-fit: knots left out next to each wall, for the splines of the velocity", true},
     Setting{"removed_stress_knots", &MethodSpec::removed_stress_knots, 0, 3, "spline-fit: the same for the stress", true},
     Setting{"null_damping", &MethodSpec::null_damping, 0, 1,
-            "spline-fit: fraction of the velocity not represented by the splines that each step removes"}};
+            "spline-fit: fraction of the velocity not represented by the splines that each step removes"},
+    Setting{"linear_viscosity", &MethodSpec::linear_viscosity, 0, 10,
+            "Landshoff's artificial viscosity, pressure rho c h |tr d| in compression; 0.06 is usual for shocks"},
+    Setting{"quadratic_viscosity", &MethodSpec::quadratic_viscosity, 0, 10,
+            "that of von Neumann and Richtmyer, the root of the factor of rho h^2 (tr d)^2; 1.5 is usual for shocks"}};
 
 }  // namespace
 
@@ -313,6 +327,12 @@ const std::vector<Rule>& rules()
          },
          "stress_degree, removed_knots, removed_stress_knots or null_damping with a projection other than spline-fit",
          "they are parameters of projection spline-fit"},
+        {[](const MethodSpec& s) { return s.averaging != Averaging::none && s.quadrature != Quadrature::particle; },
+         "averaging with a quadrature other than particle",
+         "forces of the other quadratures come from stresses fitted in cells or by splines, which are averages already"},
+        {[](const MethodSpec& s) { return has_artificial_viscosity(s) && s.quadrature != Quadrature::particle; },
+         "linear_viscosity or quadratic_viscosity with a quadrature other than particle",
+         "artificial viscosity is a pressure of particles: use quadrature particle"},
     };
     return rows;
 }

@@ -36,7 +36,8 @@ struct Choice {
     AXIS(Gradient)       \
     AXIS(Update)         \
     AXIS(TimeScheme)     \
-    AXIS(Start)
+    AXIS(Start)          \
+    AXIS(Averaging)
 
 /// An axis: its key in the input, its description and its choices. The rows are in tables.cpp.
 template <class E>
@@ -89,6 +90,7 @@ void for_each_axis(F&& f)
     f(&MethodSpec::update);
     f(&MethodSpec::scheme);
     f(&MethodSpec::start);
+    f(&MethodSpec::averaging);
 }
 
 /// A numeric parameter of a method.

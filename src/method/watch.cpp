@@ -48,7 +48,7 @@ void Watch<D>::before_step(const State<D>& s, double dt)
     // For most steps the largest motion of the last step shows that the limit is far, without looking at each particle.
     const auto [h_min, h_max] = std::minmax_element(model_.h.c, model_.h.c + D);
     double c                  = 0.0;
-    bool is_known             = s.particles.enriched.empty();
+    bool is_known             = s.particles.enriched.empty() && !has_artificial_viscosity(model_.method);
     for (const Material& m : model_.materials) {
         c        = std::max(c, m.wave_speed());
         is_known = is_known && !m.law->in<D>().stiffness;
@@ -84,8 +84,8 @@ void Watch<D>::look_for_growth(const State<D>& s)
 {
     if (s.n % interval != 0) return;
     const Totals e = totals(model_, s.particles);
-    const std::array exchanged{e.potential - energies_[1], e.dissipated, s.account.boundary_work(), s.account.traction_work(),
-                               s.account.body_force_work};
+    const std::array exchanged{e.potential - energies_[1], e.dissipated + e.artificial, s.account.boundary_work(),
+                               s.account.traction_work(), s.account.body_force_work};
     double growth = e.total_energy() - energies_[0], all = energies_[0];
     for (std::size_t k = 0; k < exchanged.size(); ++k) {
         growth += exchanged[k];

@@ -51,6 +51,8 @@ struct Modes {
     FIELD(Vec<D>, traction, traction)            /* force on its faces, N */                      \
     FIELD(Mat<D>, traction_moment, traction)     /* sum of force (x) arm from x, N m */           \
     FIELD(Vec<D>, b, body_force)                 /* body force per mass, m/s^2 */                 \
+    FIELD(double, q, shock)                      /* artificial pressure, Pa */                    \
+    FIELD(double, q_work, shock)                 /* lost by it per initial volume, J/m^D */       \
     FIELD(Mat<D>, L, gradient)                   /* velocities around it: v + L (x - x_p), 1/s */ \
     FIELD(Modes<D>, modes, modes)                /* the same of higher degree, see Modes */       \
     FIELD(std::int32_t, samples, corner_samples) /* bit c: corner c counts for this cell */       \
@@ -64,6 +66,7 @@ struct FieldGroups {
     bool cells                       = false;
     bool traction                    = false;
     bool body_force                  = false;
+    bool shock                       = false;
     bool gradient                    = false;
     bool modes                       = false;
     bool corner_samples              = false;

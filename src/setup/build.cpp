@@ -208,6 +208,8 @@ Built<D> build(CaseSpec<D> spec, double most_particles)
     require_grid(spec.size.c, spec.spacing.c, D);
     if (const Rule* rule = broken_rule(spec.method))
         throw SetupError(Part::method, 0, "", fmt::format("{} is not allowed: {}", rule->what, rule->why));
+    if (D == 1 && spec.method.averaging != Averaging::none)
+        throw SetupError(Part::method, 0, "averaging", "has no use in 1D, where all strain is dilation: remove it");
     require_materials(spec);
     require_bodies(spec);
     require_faces(spec.tractions, spec.bodies);

@@ -129,6 +129,28 @@ void note_bodies_that_stick(const CaseSpec<D>& spec, const std::vector<Seed<D>>&
                             spec.bodies[one].name, spec.bodies[other].name));
 }
 
+/// Where the volume hardly changes, stresses of single particles lock.
+template <int D>
+void note_locking(const CaseSpec<D>& spec, std::vector<std::string>& notes)
+{
+    constexpr double most    = 0.45;  // Poisson's ratio
+    const MethodSpec& method = spec.method;
+    if (D < 2 || method.averaging != Averaging::none || method.quadrature != Quadrature::particle) return;
+    for (std::size_t k = 0; k < spec.materials.size(); ++k) {
+        const Material& m  = spec.materials[k];
+        const double ratio = m.lambda / (2 * (m.lambda + m.mu));
+        const bool is_used =
+            std::any_of(spec.bodies.begin(), spec.bodies.end(), [&](const auto& b) { return b.material == static_cast<int>(k); });
+        if (!is_used || !(m.law->keeps_volume || ratio > most)) continue;
+        notes.push_back(fmt::format(
+            "a body of {}{}: single particles lock where the volume cannot change, and pressures oscillate; "
+            "averaging = \"cell\" in [method] avoids both",
+            m.law->name,
+            m.law->keeps_volume ? ", which flows at constant volume" : fmt::format(" with Poisson's ratio {:.3g}", ratio)));
+        return;
+    }
+}
+
 }  // namespace
 
 template <int D>
@@ -139,6 +161,7 @@ std::vector<std::string> notes_on(const CaseSpec<D>& spec, const std::vector<See
     note_thin_boxes(spec, model, notes);
     note_idle_conditions(spec, seeds, model, notes);
     note_bodies_that_stick(spec, seeds, body, model, notes);
+    note_locking(spec, notes);
     return notes;
 }
 
