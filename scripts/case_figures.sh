@@ -15,11 +15,12 @@ draw() {  # NAME, then options of `ordo_figures.py snapshots`
 }
 
 [ $# -gt 0 ] || set -- two-disks wall-rebound two-balls ball-on-wall cantilever vibrating-bar pressure-ring \
-    bimaterial-bar bimaterial-ring bimaterial-sphere touching-bodies oedometer incline
+    bimaterial-bar bimaterial-ring bimaterial-sphere touching-bodies oedometer incline strip-footing
 for case in "$@"; do
     case $case in
     touching-bodies) draw "$case" --times 0.0,0.1,0.2 --field velocity ;;
     oedometer) draw "$case" --times 0.0,1.0,2.0 --field stress_yy --curve history.csv:press_force_y ;;
+    strip-footing) draw "$case" --times 30,60 --field pressure --limits=-0.002,0.012 --curve history.csv:footing_force_y ;;
     incline) draw "$case" --times 0.0,0.5,1.0 --field velocity --curve energies ;;
     two-disks) draw "$case" --times 1.0,2.0,3.0 --field velocity --curve energies ;;
     wall-rebound) draw "$case" --times 1.0,3.0,5.0 --field velocity --curve energies --walls 0.05,0.75 ;;

@@ -173,6 +173,24 @@ std::vector<Bar> orders_between(std::string_view name, const std::vector<int>& m
     return bars;
 }
 
+std::vector<Study> operator+(std::vector<Study> a, const std::vector<Study>& b)
+{
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+}
+
+std::vector<Study> averaged(const std::vector<int>& meshes)
+{
+    std::vector<Study> r;
+    for (const char* method : {"cpdi1", "cpdi2"})
+        for (const char* choice : {"cell", "node"})
+            r.push_back({.method = method,
+                         .set    = {{"method.averaging", choice}},
+                         .cells  = meshes,
+                         .bars   = orders_at_least("displacement", meshes, 1.9)});
+    return r;
+}
+
 std::vector<Bar> orders_at_least(std::string_view name, const std::vector<int>& meshes, double low)
 {
     return orders_between(name, meshes, low, kInfinity);

@@ -122,6 +122,11 @@ struct Study {
     enum Length { quick, night } length = quick;  ///< quick ones run in CI
 };
 
+/// Volume averages lose no order: cpdi1 and cpdi2 with `averaging` cell and node.
+std::vector<Study> averaged(const std::vector<int>& meshes);
+
+std::vector<Study> operator+(std::vector<Study> a, const std::vector<Study>& b);
+
 /// A problem with a known answer.
 struct Case {
     std::string name;

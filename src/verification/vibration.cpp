@@ -67,12 +67,6 @@ std::vector<Study> fine_cpdi()
                  falls}};
 }
 
-std::vector<Study> operator+(std::vector<Study> a, const std::vector<Study>& b)
-{
-    a.insert(a.end(), b.begin(), b.end());
-    return a;
-}
-
 /// Methods that reconstruct velocities, at large amplitude.
 Study reconstructed(const std::string& method, const std::vector<int>& cells, std::vector<Bar> bars, Study::Length length,
                     int ppc = 0)
@@ -223,7 +217,7 @@ Case vibration_2d()
             {8, 16, 32, 64},
             with_amplitude(),
             [](const Request& r) { return vibrate<2>(r, 1, 0); },
-            small_amplitude({8, 16, 32}) + large_amplitude({8, 16, 32}, {8, 16, 32, 64})};
+            small_amplitude({8, 16, 32}) + large_amplitude({8, 16, 32}, {8, 16, 32, 64}) + averaged({16, 32, 64})};
 }
 
 Case vibration_3d()

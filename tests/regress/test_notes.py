@@ -33,6 +33,18 @@ class Notes(InTemporaryDirectory):
                 if sticks:
                     self.assertIn('bodies "body 0" and "body 1" are closer than a cell: they stick together', notes[0])
 
+    def test_materials_that_lock(self):
+        j2 = ("poisson = 0.3\n", "poisson = 0.3\nmodel = 'j2'\nyield = 100.0\n")
+        averaged = "[method]\naveraging = 'cell'\n"
+        for changes, reason in (((), None), ((j2,), "j2, which flows at constant volume"), ((j2, averaged), None),
+                                ((("poisson = 0.3", "poisson = 0.46"),), "Poisson's ratio 0.46"), ((("poisson = 0.3", "poisson = 0.45"),), None)):
+            with self.subTest(changes):
+                notes = self.notes(edit(CASE, *changes))
+                self.assertEqual(len(notes), 1 if reason else 0)
+                if reason:
+                    self.assertIn(reason, notes[0])
+                    self.assertIn('averaging = "cell"', notes[0])
+
     def test_conditions_that_hold_nothing(self):
         boundary = "[[boundary]]\nface = 'x-max'\ntype = '{}'\nat = {}\n"
         for type_, at, is_idle in (("fixed", 0.75, False), ("fixed", 0.99, False), ("symmetry", 1.0, False), ("wall", 1.0, False)):
