@@ -29,8 +29,7 @@ struct DriveOptions {
 std::vector<std::string> names_of_history(const Material& m, int dim)
 {
     std::vector<std::string> names;
-    for (const HistoryColumn& c : m.law->history.first(static_cast<std::size_t>(column_count(m.law->history, dim))))
-        names.emplace_back(c.name);
+    for (const HistoryColumn& c : history_of(m, dim)) names.emplace_back(c.name);
     return names;
 }
 
@@ -46,6 +45,8 @@ Json parameters_of(const io::MaterialInput& in)
     for (const auto& [name, value] : in.words) r[name] = value;
     for (const auto& [name, value] : in.flags) r[name] = value;
     for (const auto& [name, value] : in.lists) r[name] = value;
+    if (!in.branch_shear.empty()) r["branch_shear"] = in.branch_shear;
+    if (!in.branch_time.empty()) r["branch_time"] = in.branch_time;
     return r;
 }
 

@@ -188,21 +188,21 @@ Mat<D> plane_of(const Mat<3>& F)
 template <int D>
 class Point {
   public:
-    explicit Point(const Material& material) : material_(material), law_(material.law->in<D>()) {}
+    explicit Point(const Material& material) : material_(material), columns_(history_of(material, D)) {}
 
     PointState<D> start() const
     {
         PointState<D> s;
-        s.history.resize(static_cast<std::size_t>(column_count(material_.law->history, D)));
-        law_.start(material_, s.F, s.history.data());
-        s.sigma = law_.initial_stress(material_, s.F);
+        s.history.resize(columns_.size());
+        start_history(material_, s.F, s.history.data());
+        s.sigma = initial_stress(material_, s.F);
         return s;
     }
     /// One step from s to F; false if it was not solved.
     bool step(PointState<D>& s, const Mat<D>& F, double dt) const
     {
         double fault = 0.0;
-        s.sigma      = law_.update(material_, {F, (F - s.F) * inverse(s.F), dt}, s.sigma, s.history.data(), fault);
+        s.sigma      = update_stress(material_, {F, (F - s.F) * inverse(s.F), dt}, s.sigma, s.history.data(), fault);
         s.F          = F;
         s.time += dt;
         double sum = 0.0;
@@ -226,17 +226,17 @@ class Point {
     PointRow row(const PointState<D>& s) const
     {
         PointRow r{.time = s.time, .F = embedded(s.F), .cauchy = full(s.sigma), .history = s.history, .parts = s.parts};
-        r.stored = law_.energy(material_, s.F, s.sigma, 1.0, det(s.F), s.history.data());
+        r.stored = stored_energy(material_, s.F, s.sigma, 1.0, det(s.F), s.history.data());
         for (std::size_t k = 0; k < s.history.size(); ++k)
-            if (material_.law->history[k].name == "dissipated") r.dissipated = s.history[k];
+            if (columns_[k].name == "dissipated") r.dissipated = s.history[k];
         return r;
     }
     double modulus() const { return material_.p_wave_modulus(); }
-    double shear() const { return material_.mu; }
+    double shear() const { return material_.mu + material_.branches.total_shear(); }
 
   private:
     const Material& material_;
-    const LawFunctions<D>& law_;
+    std::vector<HistoryColumn> columns_;
 };
 
 /// The components of F that a row does not prescribe.

@@ -193,6 +193,10 @@ const Section<MaterialInput>& material_section()
                 {&MaterialInput::mu, {.name = "mu", .what = "second Lame constant", .unit = "Pa", .min = 0, .open_min = true}},
                 {&MaterialInput::bulk, {.name = "bulk", .what = "bulk modulus", .unit = "Pa", .min = 0, .open_min = true}},
                 {&MaterialInput::shear, {.name = "shear", .what = "shear modulus", .unit = "Pa", .min = 0, .open_min = true}}}};
+        section.keys.push_back({&MaterialInput::branch_shear, {.name = "branch_shear",
+            .what = "shear moduli of Maxwell branches beside the law, up to 8", .unit = "Pa", .min = 0, .open_min = true}});
+        section.keys.push_back({&MaterialInput::branch_time, {.name = "branch_time",
+            .what = "their relaxation times", .unit = "s", .min = 0, .open_min = true}});
         for (const LawRow& law : laws())
             for (const LawParameter& p : law.parameters) add_parameter(section, p, law);
         return section;
@@ -805,6 +809,24 @@ void resolve_parameters(MaterialInput& in, Material& m)
     if (m.law->complete) m.law->complete(m);
 }
 
+void resolve_branches(const MaterialInput& in, Material& m)
+{
+    if (!in.has("branch_shear") && !in.has("branch_time")) return;
+    for (const char* key : {"branch_shear", "branch_time"})
+        if (!in.has(key)) in.fail("model", fmt::format("needs {} too: each Maxwell branch has a modulus and a time", key));
+    if (m.law->carries_stress)
+        in.fail("branch_shear",
+                fmt::format("{} carries its stress, to which branches cannot be added; use neo-hookean", m.law->name));
+    if (in.branch_shear.size() != in.branch_time.size())
+        in.fail("branch_time", fmt::format("must have as many numbers as branch_shear, {} (got {})", in.branch_shear.size(),
+                                           in.branch_time.size()));
+    if (in.branch_shear.empty() || in.branch_shear.size() > Branches::most)
+        in.fail("branch_shear", fmt::format("must have 1 to {} numbers (got {})", Branches::most, in.branch_shear.size()));
+    m.branches.count = static_cast<int>(in.branch_shear.size());
+    std::copy(in.branch_shear.begin(), in.branch_shear.end(), m.branches.shear.begin());
+    std::copy(in.branch_time.begin(), in.branch_time.end(), m.branches.time.begin());
+}
+
 /// Fills the defaults of the input.
 Material resolve_material(MaterialInput& in, int dim)
 {
@@ -815,6 +837,7 @@ Material resolve_material(MaterialInput& in, int dim)
     Material m{&law, in.density};
     resolve_elasticity(in, law, m);
     resolve_parameters(in, m);
+    resolve_branches(in, m);
     return m;
 }
 

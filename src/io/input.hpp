@@ -38,6 +38,7 @@ struct MaterialInput : Located {
     Words words;
     Flags flags;
     Lists lists;
+    std::vector<double> branch_shear, branch_time;
 };
 
 struct ShapeInput : Located {

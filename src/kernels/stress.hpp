@@ -3,7 +3,7 @@
 #pragma once
 
 #include "kernels/gather.hpp"
-#include "material/law.hpp"
+#include "material/branches.hpp"
 
 #include <vector>
 
@@ -61,6 +61,31 @@ void update_stress(const Sweep<D>& sweep, const LawRow& row, const int* columns,
         report_lanes(0.0 * trace(sigma), b, report, [](int) { return Fault::not_finite; });
     }
     out = report;
+}
+
+/// Adds the stresses of a material's branches to sigma_p of its particles in [begin, end). `columns`: the numbers of the column
+/// `dissipated` and of those of b_e.
+template <int D>
+void update_branches(const Sweep<D>& sweep, const Branches& branches, int material, const int* columns, int begin, int end)
+{
+    constexpr int size = Symmetric<D>::size;
+    const Sweep<D> s   = sweep;
+    Batch b{};
+    for (int first = begin; first < end; first += b.count) {
+        b = batch_of_material(s.p.material, first, end);
+        if (s.p.material[first] != material) continue;
+        const Step<D, Lanes> step{load(s.p.F, b), load(s.increments, Batch{b.first - s.increment_first, b.count}), s.dt};
+        Lanes dissipated        = load(s.p.history[columns[0]].data(), b), state[size];
+        Symmetric<D, Lanes> tau = isotropic<D>(Lanes(0.0));
+        for (int k = 0; k < branches.count; ++k) {
+            const int* own = columns + 1 + k * size;
+            for (int c = 0; c < size; ++c) state[c] = load(s.p.history[own[c]].data(), b);
+            tau += relax(branches.shear[k], branches.time[k], step, state, dissipated);
+            for (int c = 0; c < size; ++c) store(s.p.history[own[c]].data(), b, state[c]);
+        }
+        store(s.p.history[columns[0]].data(), b, dissipated);
+        store(s.p.sigma, b, load(s.p.sigma, b) + cauchy_of(tau, step.F));
+    }
 }
 
 }  // namespace ordo

@@ -110,6 +110,7 @@ LawRow row_of()
                .elasticity      = L::elasticity,
                .max_dim         = L::max_dim,
                .is_hyperelastic = Hyperelastic<L>,
+               .carries_stress  = Incremental<L>,
                .keeps_volume    = requires {L::keeps_volume;
 }
 , .parameters = L::parameters, .history = L::history, .check = nullptr, .complete = nullptr, .in_1d = functions_of<L, 1>(),

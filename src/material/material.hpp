@@ -15,18 +15,36 @@ namespace ordo {
 
 struct LawRow;
 
+/// Maxwell branches beside a law: shear moduli, Pa, and relaxation times, s; see branches.hpp.
+struct Branches {
+    static constexpr std::size_t most = 8;
+
+    int count = 0;
+    std::array<double, most> shear{}, time{};
+
+    /// Pa, added to the shear modulus of fast motions.
+    double total_shear() const
+    {
+        double r = 0.0;
+        for (const double one : shear) r += one;
+        return r;
+    }
+    bool operator==(const Branches&) const = default;
+};
+
 /// A law and its numbers. SI units.
 struct Material {
-    static constexpr int most_parameters = 32, most_history = 32;
+    static constexpr int most_parameters = 32, most_history = 64;
 
     const LawRow* law = nullptr;
     double density    = 0.0;  ///< initial density, kg/m^3 (kg/m^2 in 2D, kg/m in 1D, per unit depth)
     double lambda     = 0.0;  ///< first Lame constant at rest, Pa; zero if the law has only Young's modulus
     double mu         = 0.0;  ///< shear modulus at rest, Pa; half of Young's modulus if the law has only that
     std::array<double, most_parameters> parameters{};  ///< parameters of the law, in its order; a list takes `most` places
+    Branches branches{};
 
-    /// lambda + 2 mu, Pa; E if the law has only Young's modulus.
-    double p_wave_modulus() const { return lambda + 2 * mu; }
+    /// lambda + 2 mu, Pa; E if the law has only Young's modulus. With that of branches before they relax.
+    double p_wave_modulus() const { return lambda + 2 * mu + 4.0 / 3 * branches.total_shear(); }
     /// sqrt((lambda + 2 mu)/rho0) at rest, m/s. Laws that stiffen say more: LawFunctions::stiffness.
     double wave_speed() const { return std::sqrt(p_wave_modulus() / density); }
     /// lambda + 2 mu/3, Pa.
@@ -123,6 +141,7 @@ struct LawRow {
     Elasticity elasticity;
     int max_dim;           ///< it exists in 1D up to this dimension
     bool is_hyperelastic;  ///< stress is a function of F
+    bool carries_stress;   ///< from step to step, so that nothing may be added to it
     bool keeps_volume;     ///< where it flows, so that single particles lock (axis averaging)
     std::span<const LawParameter> parameters;
     std::span<const HistoryColumn> history;

@@ -96,9 +96,8 @@ class Speeds {
         for (const Material& m : model.materials) {
             std::vector<const double*>& columns = columns_.emplace_back();
             at_rest_.push_back(m.wave_speed());
-            is_constant_ = is_constant_ && !m.law->in<D>().stiffness;
-            for (const HistoryColumn& c : m.law->history.first(column_count(m.law->history, D)))
-                columns.push_back(p.history[p.history_column(c.name)].data());
+            is_constant_ = is_constant_ && !changes_stiffness<D>(m);
+            for (const HistoryColumn& c : history_of(m, D)) columns.push_back(p.history[p.history_column(c.name)].data());
         }
     }
 
@@ -107,13 +106,13 @@ class Speeds {
     double wave(std::ptrdiff_t i) const
     {
         const Material& m = model_.materials[p_.material[i]];
-        return m.law->in<D>().stiffness ? std::sqrt(of(m, i).modulus / m.density) : at_rest_[p_.material[i]];
+        return changes_stiffness<D>(m) ? std::sqrt(of(m, i).modulus / m.density) : at_rest_[p_.material[i]];
     }
     double viscosity(std::ptrdiff_t i) const
     {
         const Material& m   = model_.materials[p_.material[i]];
         const double volume = (has_started(i) ? p_.V[i] : p_.V0[i]) / p_.m[i];
-        return (m.law->in<D>().stiffness ? of(m, i).viscosity * volume : 0.0) + artificial(m, i, volume);
+        return (changes_stiffness<D>(m) ? of(m, i).viscosity * volume : 0.0) + artificial(m, i, volume);
     }
 
   private:
@@ -133,12 +132,12 @@ class Speeds {
     {
         double history[Material::most_history];
         if (!has_started(i)) {
-            m.law->in<D>().start(m, Mat<D>::identity(), history);
-            return m.law->in<D>().stiffness(m, Mat<D>::identity(), history);
+            start_history(m, Mat<D>::identity(), history);
+            return stiffness(m, Mat<D>::identity(), history);
         }
         int k = 0;
         for (const double* column : columns_[p_.material[i]]) history[k++] = column[i];
-        return m.law->in<D>().stiffness(m, p_.F[i], history);
+        return stiffness(m, p_.F[i], history);
     }
 
     const Model<D>& model_;

@@ -28,8 +28,7 @@ class StoredEnergy {
     {
         for (const Material& m : materials) {
             std::vector<const double*>& columns = columns_.emplace_back();
-            for (const HistoryColumn& c : m.law->history.first(column_count(m.law->history, D)))
-                columns.push_back(p.history[p.history_column(c.name)].data());
+            for (const HistoryColumn& c : history_of(m, D)) columns.push_back(p.history[p.history_column(c.name)].data());
         }
     }
 
@@ -39,7 +38,7 @@ class StoredEnergy {
         double history[most_columns];
         int k = 0;
         for (const double* column : columns_[p_.material[i]]) history[k++] = column[i];
-        return m.law->in<D>().energy(m, p_.F[i], p_.sigma[i], p_.V0[i], p_.V[i], history);
+        return stored_energy(m, p_.F[i], p_.sigma[i], p_.V0[i], p_.V[i], history);
     }
     /// The same for a batch; spare lanes repeat the last particle.
     Lanes operator()(const Batch& b) const
@@ -49,8 +48,8 @@ class StoredEnergy {
         Lanes history[most_columns];
         int k = 0;
         for (const double* column : columns_[p_.material[b.first]]) history[k++] = load(column, b);
-        return m.law->in<D>().energy_of_eight(m, load(p_.F.data(), b), load(p_.sigma.data(), b), load(p_.V0.data(), b),
-                                              load(p_.V.data(), b), history);
+        return stored_energy(m, load(p_.F.data(), b), load(p_.sigma.data(), b), load(p_.V0.data(), b), load(p_.V.data(), b),
+                             history);
     }
 
   private:

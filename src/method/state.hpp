@@ -3,7 +3,7 @@
 
 #include "base/field.hpp"
 #include "kernels/sweep.hpp"
-#include "material/material.hpp"
+#include "material/branches.hpp"
 #include "method/node_field.hpp"
 #include "method/spec.hpp"
 #include "method/tractions.hpp"
@@ -211,8 +211,8 @@ inline std::vector<std::string> history_columns(const std::vector<Material>& mat
 {
     std::vector<std::string> names;
     for (const Material& m : materials)
-        for (const HistoryColumn& c : m.law->history)
-            if (c.min_dim <= dim && std::find(names.begin(), names.end(), c.name) == names.end()) names.emplace_back(c.name);
+        for (const HistoryColumn& c : history_of(m, dim))
+            if (std::find(names.begin(), names.end(), c.name) == names.end()) names.emplace_back(c.name);
     return names;
 }
 

@@ -18,6 +18,20 @@ StressUpdate<D>::StressUpdate(const std::vector<Material>& materials, const Arti
             one.columns.push_back(static_cast<int>(std::find(columns.begin(), columns.end(), c.name) - columns.begin()));
         needs_increments_ = needs_increments_ || !m.law->is_hyperelastic;
     }
+    for (std::size_t k = 0; k < materials.size(); ++k) {
+        const Material& m = materials[k];
+        if (m.branches.count == 0) continue;
+        const std::vector<HistoryColumn> own = history_of(m, D);
+        const HistoryLayout at               = history_layout<D>(m);
+        OfBranches& one                      = branches_.emplace_back(OfBranches{m.branches, static_cast<int>(k), {}});
+        auto add                             = [&](int place) {
+            const auto found = std::find(columns.begin(), columns.end(), own[static_cast<std::size_t>(place)].name);
+            one.columns.push_back(static_cast<int>(found - columns.begin()));
+        };
+        add(at.dissipated);
+        for (int place = at.first_branch; place < at.size; ++place) add(place);
+        needs_increments_ = true;
+    }
 }
 
 template <int D>
@@ -40,6 +54,7 @@ template <int D>
 void StressUpdate<D>::update(const Sweep<D>& s, int begin, int end, TileReport& report) const
 {
     for (const OfLaw& one : laws_) one.pass(s, *one.law, one.columns.data(), begin, end, report);
+    for (const OfBranches& one : branches_) update_branches(s, one.branches, one.material, one.columns.data(), begin, end);
     if (viscosity_.is_on()) update_artificial_pressure(s, viscosity_, begin, end);  // after the laws, which take the old one
 }
 
@@ -48,12 +63,11 @@ void start_stresses(const std::vector<Material>& materials, Particles<D>& p)
 {
     for (int i = 0; i < p.count; ++i) {
         const Material& m = materials[p.material[i]];
-        p.sigma[i]        = m.law->in<D>().initial_stress(m, p.F[i]);
+        p.sigma[i]        = initial_stress(m, p.F[i]);
         double history[Material::most_history];
-        m.law->in<D>().start(m, p.F[i], history);
+        start_history(m, p.F[i], history);
         int k = 0;
-        for (const HistoryColumn& c : m.law->history.first(column_count(m.law->history, D)))
-            p.history[p.history_column(c.name)][i] = history[k++];
+        for (const HistoryColumn& c : history_of(m, D)) p.history[p.history_column(c.name)][i] = history[k++];
     }
 }
 

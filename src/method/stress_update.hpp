@@ -27,7 +27,14 @@ class StressUpdate {
         StressPass<D> pass;
         std::vector<int> columns;  ///< history columns, in the order of the law
     };
+    /// Branches of a material.
+    struct OfBranches {
+        Branches branches;
+        int material;
+        std::vector<int> columns;  ///< `dissipated`, then those of b_e
+    };
     std::vector<OfLaw> laws_;
+    std::vector<OfBranches> branches_;
     ArtificialViscosity viscosity_;
     bool needs_increments_ = false;
 };

@@ -51,7 +51,7 @@ void Watch<D>::before_step(const State<D>& s, double dt)
     bool is_known             = s.particles.enriched.empty() && !has_artificial_viscosity(model_.method);
     for (const Material& m : model_.materials) {
         c        = std::max(c, m.wave_speed());
-        is_known = is_known && !m.law->in<D>().stiffness;
+        is_known = is_known && !changes_stiffness<D>(m);
     }
     const double moved   = s.dt_prev > 0 ? s.move * dt / s.dt_prev : 1.0;
     const double courant = c * dt / *h_min + std::sqrt(D) * moved * *h_max / *h_min;

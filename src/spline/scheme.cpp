@@ -84,7 +84,7 @@ void require_spline_model(const Model<D>& model)
                 "grid: {} cells along {} are too few for splines without {} knots next to each wall; there must be {}",
                 model.cells[a], "xyz"[a], least / 2, least));
     for (const Material& m : model.materials)
-        if (!m.law->in<D>().stress_rate)
+        if (!m.law->in<D>().stress_rate || m.branches.count > 0)
             throw InputError(only +
                              "takes no material with history: the stages of a step would need it several times; use cpdi2");
     for (const Material& m : model.materials)

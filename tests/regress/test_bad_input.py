@@ -271,6 +271,7 @@ CASE_FAULTS = [
     ("body far outside the grid", [('shape = "ball"', 'shape = @"ball"'), ("center = 0.5", "center = 1e300")], "body[0].shape", "lies outside the grid"),
     ("more sub-cells than particles can be", [("[[body]]", "@[[body]]"), ("radius = 0.25", "radius = 1e9")], "body[0].particles_per_cell", "more than 2e+09"),
     ("more polar cells than particles can be", [("[[body]]", "@[[body]]"), ring("inner_radius = 0.1\ncells = 'polar'\nradial = 100000\nangular = 100000\n")], "body[0].particles_per_cell", "more than 2e+09"),
+    ("a branch without times", ["[[material]]", "branch_shear = [10.0]\n"], "material[0].model", "needs branch_time too"),
     # methods whose choices do not go together
     ("ddmpm with boxes", ["[method]\nbasis = 'ddmpm'\ndomain = @'box'\n"], "method.domain", "use basis hat"),
     ("weights of corners without cells", ["[method]\ncell_weights = @'mean'\n"], "method.cell_weights", "no cells"),

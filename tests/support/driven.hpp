@@ -1,7 +1,7 @@
 // One particle driven along a path by the functions of its law, and the comparison with rate equations.
 #pragma once
 
-#include "material/hencky.hpp"
+#include "material/branches.hpp"
 #include "support/materials.hpp"
 #include "support/particles.hpp"
 #include "support/rate_equations.hpp"
@@ -23,13 +23,13 @@ struct Driven {
 
     explicit Driven(const Material& m) : material(m)
     {
-        functions().start(m, F, history.data());
-        sigma = functions().initial_stress(m, F);
+        start_history(m, F, history.data());
+        sigma = initial_stress(m, F);
     }
     const LawFunctions<D>& functions() const { return material.law->in<D>(); }
     const Stress<D>& step(const Mat<D>& next, double dt = 1.0)
     {
-        sigma = functions().update(material, {next, (next - F) * inverse(F), dt}, sigma, history.data(), fault);
+        sigma = update_stress(material, {next, (next - F) * inverse(F), dt}, sigma, history.data(), fault);
         F     = next;
         EXPECT_FALSE(fault > 0);
         return sigma;
@@ -38,7 +38,7 @@ struct Driven {
     double column(std::string_view name) const
     {
         int k = 0;
-        for (const HistoryColumn& c : material.law->history.first(column_count(material.law->history, D))) {
+        for (const HistoryColumn& c : history_of(material, D)) {
             if (c.name == name) return history[k];
             ++k;
         }
@@ -48,13 +48,13 @@ struct Driven {
     void set_column(std::string_view name, double value)
     {
         int k = 0;
-        for (const HistoryColumn& c : material.law->history.first(column_count(material.law->history, D))) {
+        for (const HistoryColumn& c : history_of(material, D)) {
             if (c.name == name) history[k] = value;
             ++k;
         }
     }
     Symmetric<D> kirchhoff() const { return det(F) * sigma; }
-    double stored() const { return functions().energy(material, F, sigma, 1.0, det(F), history.data()); }
+    double stored() const { return stored_energy(material, F, sigma, 1.0, det(F), history.data()); }
 };
 
 inline Mat<3> to_mat(const Tensor& t)

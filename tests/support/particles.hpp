@@ -45,6 +45,20 @@ Mat<D> random_deformation(Random& random, double size)
     }
 }
 
+/// Any rotation, by a quaternion.
+inline Mat<3> random_rotation(Random& random)
+{
+    for (;;) {
+        double q[4], size = 0;
+        for (double& one : q) one = uniform(random, -1, 1), size += one * one;
+        if (size > 1 || size < 0.01) continue;
+        const double w = q[0], x = q[1], y = q[2], z = q[3], s = 2 / size;
+        return {{{1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)},
+                 {s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x)},
+                 {s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)}}};
+    }
+}
+
 /// `specs`, and each of them with any one axis changed.
 inline std::vector<MethodSpec> with_neighbours(const std::vector<MethodSpec>& specs)
 {

@@ -22,20 +22,6 @@ void for_each_inelastic(F&& f)
     EXPECT_GT(count, 0);
 }
 
-/// Any rotation, by a quaternion.
-Mat<3> random_rotation(Random& random)
-{
-    for (;;) {
-        double q[4], size = 0;
-        for (double& one : q) one = uniform(random, -1, 1), size += one * one;
-        if (size > 1 || size < 0.01) continue;
-        const double w = q[0], x = q[1], y = q[2], z = q[3], s = 2 / size;
-        return {{{1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)},
-                 {s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x)},
-                 {s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)}}};
-    }
-}
-
 /// The observer of `turning` turns by any angle in each step.
 TEST(Inelastic, IsObjectiveAndDissipates)
 {
