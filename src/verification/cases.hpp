@@ -20,6 +20,7 @@ Case simple_shear();
 Case bar_small_strain();
 Case bar_large_strain();
 Case bar_traction();
+Case plate_impact();
 Case two_disks();
 Case wall_rebound();
 Case bimaterial_bar();

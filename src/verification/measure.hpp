@@ -37,6 +37,7 @@ struct Problem {
 
     std::function<Vec<D>(const Vec<D>& X)> velocity;  ///< at the start, for `follow` and `watch`, m/s; without it zero
     Observed<D> observed;                             ///< additional columns of the history
+    std::function<Named(const State<D>&)> at_end;     ///< additional quantities, from the state at the end
 };
 
 /// The parts of a problem that come from the request; the case adds the rest.
