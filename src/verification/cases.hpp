@@ -21,6 +21,8 @@ Case bar_small_strain();
 Case bar_large_strain();
 Case bar_traction();
 Case plate_impact();
+Case couette();
+Case poiseuille();
 Case two_disks();
 Case wall_rebound();
 Case bimaterial_bar();
