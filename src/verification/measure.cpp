@@ -215,7 +215,8 @@ Row measure(const Problem<D>& given)
     row.particles          = particles.count;
     Simulation<D> sim(problem.model, [&](const Scheme<D>& scheme) { return scheme.start_deformed(std::move(particles)); },
                       {.end = problem.end, .dt = row.dt});
-    State<D>& s            = sim.state();
+    State<D>& s = sim.state();
+    if (problem.at_start) problem.at_start(s);
     const double size      = momentum_size(s.particles);
     s.projection.is_wanted = true;
     double mass_defect = 0, momentum_defect = 0;

@@ -49,6 +49,11 @@ COARSE = [
     ("plate-impact", 50, ["law=johnson-cook", "speed=500"]),
     ("couette", 8, []),
     ("poiseuille", 8, []),
+    ("plastic-bar", 8, []),
+    ("plastic-bar", 8, ["dim=2", "amplitude=-0.1"]),
+    ("plastic-ring", 10, []),
+    ("viscous-box", 8, []),
+    ("viscous-box", 4, ["dim=3"]),
     ("two-disks", 20, []),
     ("wall-rebound", 20, []),
     ("reconstruction", 8, []),
@@ -59,7 +64,7 @@ COARSE = [
 WITHOUT_SOLUTION = ("two-disks", "wall-rebound", "dispersion")
 WITHOUT_STEPS = ("reconstruction", "dispersion")
 WITH_REFERENCE = ("bar-large-strain",)
-WITH_STEPS_OF_THE_LAW = ("plate-impact", "couette", "poiseuille")  # their material is not among the parameters
+WITH_STEPS_OF_THE_LAW = ("plate-impact", "couette", "poiseuille", "viscous-box")  # their material is not among the parameters
 
 # what follows `ordo verify`, what the message names, what else it says (the remedy)
 FAULTS = [
