@@ -26,6 +26,8 @@ Case poiseuille();
 Case plastic_bar();
 Case plastic_ring();
 Case viscous_box();
+Case thick_cylinder();
+Case grains_on_plane();
 Case two_disks();
 Case wall_rebound();
 Case bimaterial_bar();

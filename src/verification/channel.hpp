@@ -1,4 +1,4 @@
-// Flows along a channel that start from rest, as series: a plate that moves, and a force along the channel.
+// Flows between parallel walls from rest, as series: a plate that moves, a force along the channel; and grains down a plane.
 #pragma once
 
 #include "verification/motions.hpp"
@@ -83,6 +83,26 @@ class ChannelFlow final : public Solution<2> {
   private:
     Profile profile_;
     double viscosity_;
+};
+
+/// The steady flow of grains of the mu(I) rheology down a plane, for which mu(I) = tan(slope) everywhere: with y from the plane
+/// u = 2/3 (I/d) sqrt(phi g cos(slope)) (h^1.5 - (h - y)^1.5), Jop, Forterre & Pouliquen (2006), after Bagnold.
+struct PlaneOfGrains {
+    double slope   = 25 * kPi / 180;                           ///< rad
+    double depth   = 0.1;                                      ///< h, m
+    double gravity = 9.81;                                     ///< m/s^2
+    double grain = 5e-3, grain_density = 2450, packing = 0.6;  ///< d, m; kg/m^3; phi
+    double slow = std::tan(20.9 * kPi / 180), fast = std::tan(32.76 * kPi / 180), I0 = 0.279;
+
+    double density() const { return packing * grain_density; }
+    /// I of the steady flow; zero where the grains stay at rest.
+    double inertial_number() const { return std::fmax(0.0, I0 * (std::tan(slope) - slow) / (fast - std::tan(slope))); }
+    double steady_velocity(double y) const
+    {
+        return 2.0 / 3 * inertial_number() / grain * std::sqrt(packing * gravity * std::cos(slope)) *
+               (std::pow(depth, 1.5) - std::pow(depth - y, 1.5));
+    }
+    double pressure(double y) const { return density() * gravity * std::cos(slope) * (depth - y); }
 };
 
 }  // namespace ordo::verification

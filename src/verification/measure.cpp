@@ -255,6 +255,7 @@ Row follow(const Problem<D>& given, const std::function<void(const State<D>&)>& 
     if (problem.velocity) set_velocities<D>(particles, 0, particles.count, problem.velocity, problem.model.h);
     Simulation<D> sim(problem.model, [&](const Scheme<D>& scheme) { return scheme.start(std::move(particles)); },
                       {.end = problem.end, .dt = row.dt});
+    if (problem.at_start) problem.at_start(sim.state());
     see(sim.state());
     Recorder<D> recorder(problem, sim.scheme(), row);
     run<D>(sim, row, recorder, see);

@@ -54,6 +54,8 @@ COARSE = [
     ("plastic-ring", 10, []),
     ("viscous-box", 8, []),
     ("viscous-box", 4, ["dim=3"]),
+    ("thick-cylinder", 4, ["end=0.5"]),
+    ("grains-on-plane", 40, ["end=0.2"]),
     ("two-disks", 20, []),
     ("wall-rebound", 20, []),
     ("reconstruction", 8, []),
@@ -61,10 +63,10 @@ COARSE = [
     ("dispersion", 16, ["steps=200"]),
     ("dispersion", 8, ["dim=2", "steps=0"]),
 ]
-WITHOUT_SOLUTION = ("two-disks", "wall-rebound", "dispersion")
+WITHOUT_SOLUTION = ("two-disks", "wall-rebound", "dispersion", "thick-cylinder", "grains-on-plane")
 WITHOUT_STEPS = ("reconstruction", "dispersion")
 WITH_REFERENCE = ("bar-large-strain",)
-WITH_STEPS_OF_THE_LAW = ("plate-impact", "couette", "poiseuille", "viscous-box")  # their material is not among the parameters
+WITH_STEPS_OF_THE_LAW = ("plate-impact", "couette", "poiseuille", "viscous-box", "thick-cylinder", "grains-on-plane")  # their material is not among the parameters
 
 # what follows `ordo verify`, what the message names, what else it says (the remedy)
 FAULTS = [

@@ -47,5 +47,21 @@ TEST(Channel, SolvesItsEquation)
     check_flow(StartingPoiseuille{2.0, 0.5}, 2.0, 0.0);
 }
 
+/// I and the velocity at the surface, of an independent program; mu(I) = tan(slope) everywhere with the shear rate of the profile.
+TEST(PlaneOfGrains, IsInBalance)
+{
+    const PlaneOfGrains plane{};
+    EXPECT_NEAR(plane.inertial_number(), 0.13299, 1e-5);
+    EXPECT_NEAR(plane.steady_velocity(plane.depth), 1.295079, 1e-6);
+    EXPECT_EQ(plane.steady_velocity(0.0), 0.0);
+    for (const double y : {0.01, 0.05, 0.09}) {
+        const double rate = (plane.steady_velocity(y + 1e-6) - plane.steady_velocity(y - 1e-6)) / 2e-6;
+        const double I    = rate * plane.grain * std::sqrt(plane.grain_density / plane.pressure(y));
+        const double mu   = plane.slow + (plane.fast - plane.slow) / (plane.I0 / I + 1);
+        EXPECT_NEAR(mu, std::tan(plane.slope), 1e-7) << y;
+    }
+    EXPECT_EQ(PlaneOfGrains{.slope = 0.3}.steady_velocity(0.1), 0.0) << "below arctan mu_s";
+}
+
 }  // namespace
 }  // namespace ordo::verification
