@@ -83,13 +83,19 @@ struct Fluid {
     {
         const Stress<D, T> elastic = stress(step.F, h);
         if (!(viscosity + yield > 0) || !(step.dt > 0)) return elastic;
-        const Mat<D, T> f       = Mat<D, T>::identity() + step.G;
-        const Symmetric<D, T> d = T(1 / step.dt) * hencky_strain(left_cauchy_green(f)).dev;
-        const T twice           = T(2.0) * square(d);  // the square of the shear rate
+        const Mat<D, T> f          = Mat<D, T>::identity() + step.G;
+        const Symmetric<D, T> d    = T(1 / step.dt) * hencky_strain(left_cauchy_green(f)).dev;
+        const Stress<D, T> viscous = viscous_stress(d);
+        h[0] += det(step.F) * ddot(viscous, d) * T(step.dt);
+        return elastic + viscous;
+    }
+    /// 2 eta d for a deviatoric rate of deformation d, 1/s.
+    template <int D, class T>
+    ORDO_FLAT Stress<D, T> viscous_stress(const Symmetric<D, T>& d) const
+    {
         T eta(viscosity);
-        if (yield > 0) eta += T(yield) / larger(sqrt(twice), T(critical_rate));
-        h[0] += det(step.F) * eta * twice * T(step.dt);
-        return elastic + T(2.0) * eta * d;
+        if (yield > 0) eta += T(yield) / larger(sqrt(T(2.0) * square(d)), T(critical_rate));
+        return T(2.0) * eta * d;
     }
     /// K_t = K (rho/rho0)^(gamma-1); the viscosity is the largest that the rate may give.
     template <int D>

@@ -64,16 +64,23 @@ std::vector<Seed<D>> placed_in(const Bounds<D>& box, const Model<D>& model, cons
     return seeds;
 }
 
-/// Makes the motion the solution of the problem, by adding its body force.
-template <int D, class Motion>
-void manufacture(Problem<D>& problem, const Motion& motion)
+/// Makes the motion the solution of the problem, by adding its body force. The law is that of the material, as a function of F, or of
+/// F and F'.
+template <int D, class Motion, class Law>
+void manufacture(Problem<D>& problem, const Motion& motion, const Law& law)
 {
-    const Material& m               = problem.model.materials[0];
-    const auto solution             = std::make_shared<Manufactured<D, Motion, AnyLaw<D>>>(motion, AnyLaw<D>(m), m.density);
+    const double density            = problem.model.materials[0].density;
+    const auto solution             = std::make_shared<Manufactured<D, Motion, Law>>(motion, law, density);
     problem.solution                = solution;
     problem.model.body_force_kernel = [solution](const ParticleView<D>& p, std::ptrdiff_t begin, std::ptrdiff_t end, double t) {
         solution->fill_body_force(p, begin, end, t);
     };
+}
+
+template <int D, class Motion>
+void manufacture(Problem<D>& problem, const Motion& motion)
+{
+    manufacture(problem, motion, AnyLaw<D>(problem.model.materials[0]));
 }
 
 /// A problem in the unit box between walls.

@@ -48,21 +48,36 @@ struct Gradient {
         for (int i = 0; i < N; ++i) r.slope[i] = (a.slope[i] - r.value * b.slope[i]) * inverse;
         return r;
     }
+    /// f(a) from f and f' at a.value.
+    friend ORDO_FLAT Gradient chain(const Gradient& a, const T& f, const T& f1)
+    {
+        Gradient r;
+        r.value = f;
+        for (int i = 0; i < N; ++i) r.slope[i] = f1 * a.slope[i];
+        return r;
+    }
     friend ORDO_FLAT Gradient exp(const Gradient& a)
     {
-        Gradient r;
-        r.value = exp(a.value);
-        for (int i = 0; i < N; ++i) r.slope[i] = r.value * a.slope[i];
-        return r;
+        const T f = exp(a.value);
+        return chain(a, f, f);
     }
-    friend ORDO_FLAT Gradient log(const Gradient& a)
+    friend ORDO_FLAT Gradient log(const Gradient& a) { return chain(a, log(a.value), T(1.0) / a.value); }
+    friend ORDO_FLAT Gradient sin(const Gradient& a) { return chain(a, sin(a.value), cos(a.value)); }
+    friend ORDO_FLAT Gradient cos(const Gradient& a) { return chain(a, cos(a.value), -1.0 * sin(a.value)); }
+    friend ORDO_FLAT Gradient sqrt(const Gradient& a)
+    {
+        const T f = sqrt(a.value);
+        return chain(a, f, T(0.5) / f);
+    }
+    friend ORDO_FLAT Gradient choose(const Gradient& condition, const Gradient& a, const Gradient& b)
     {
         Gradient r;
-        const T inverse = T(1.0) / a.value;
-        r.value         = log(a.value);
-        for (int i = 0; i < N; ++i) r.slope[i] = a.slope[i] * inverse;
+        r.value = choose(condition.value, a.value, b.value);
+        for (int i = 0; i < N; ++i) r.slope[i] = choose(condition.value, a.slope[i], b.slope[i]);
         return r;
     }
+    friend ORDO_FLAT Gradient larger(const Gradient& a, const Gradient& b) { return choose(a - b, a, b); }
+    friend ORDO_FLAT bool any_positive(const Gradient& a) { return any_positive(a.value); }
 };
 
 /// A value with its derivatives in space and time: the gradient and the Hessian with respect to D coordinates, the first
@@ -151,6 +166,11 @@ struct Jet {
     {
         const T s = sin(a.value), c = cos(a.value);
         return chain(a, c, -s, -c);
+    }
+    friend ORDO_FLAT Jet operator/(const Jet& a, const Jet& b)
+    {
+        const T f = T(1.0) / b.value, f1 = -1.0 * f * f;
+        return a * chain(b, f, f1, -2.0 * f * f1);
     }
     friend ORDO_FLAT Jet sqrt(const Jet& a)
     {

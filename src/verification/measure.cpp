@@ -160,9 +160,11 @@ void measure_particles(const Problem<D>& problem, const State<D>& s, Row& row)
     const Totals sums = totals(problem.model, p);
     row.quantities    = {{"kinetic_energy", sums.kinetic_energy},
                          {"kinetic_energy_exact", exact.kinetic_energy},
-                         {"strain_energy", sums.strain_energy},
-                         {"strain_energy_exact", exact.strain_energy},
-                         {"energy_over_exact", sums.total_energy() / exact.total_energy()}};
+                         {"strain_energy", sums.strain_energy}};
+    if (material.law->history.empty()) {
+        row.quantities.emplace_back("strain_energy_exact", exact.strain_energy);
+        row.quantities.emplace_back("energy_over_exact", sums.total_energy() / exact.total_energy());
+    }
     for (int a = 0; a < D; ++a) {
         row.quantities.emplace_back("momentum_" + axis_name(a), sums.momentum[a]);
         row.quantities.emplace_back("momentum_" + axis_name(a) + "_exact", exact.momentum[a]);
@@ -213,7 +215,8 @@ Row measure(const Problem<D>& given)
     row.particles          = particles.count;
     Simulation<D> sim(problem.model, [&](const Scheme<D>& scheme) { return scheme.start_deformed(std::move(particles)); },
                       {.end = problem.end, .dt = row.dt});
-    State<D>& s            = sim.state();
+    State<D>& s = sim.state();
+    if (problem.at_start) problem.at_start(s);
     const double size      = momentum_size(s.particles);
     s.projection.is_wanted = true;
     double mass_defect = 0, momentum_defect = 0;
@@ -225,6 +228,8 @@ Row measure(const Problem<D>& given)
     });
     if (!row.failed.empty()) return row;
     measure_particles(problem, s, row);
+    if (problem.at_end)
+        for (auto& quantity : problem.at_end(s)) row.quantities.push_back(std::move(quantity));
     recorder.finish(s);
     row.quantities.emplace_back("largest_mass_defect", mass_defect);
     row.quantities.emplace_back("largest_momentum_defect", size > 0 ? momentum_defect / size : 0.0);
@@ -250,6 +255,7 @@ Row follow(const Problem<D>& given, const std::function<void(const State<D>&)>& 
     if (problem.velocity) set_velocities<D>(particles, 0, particles.count, problem.velocity, problem.model.h);
     Simulation<D> sim(problem.model, [&](const Scheme<D>& scheme) { return scheme.start(std::move(particles)); },
                       {.end = problem.end, .dt = row.dt});
+    if (problem.at_start) problem.at_start(sim.state());
     see(sim.state());
     Recorder<D> recorder(problem, sim.scheme(), row);
     run<D>(sim, row, recorder, see);

@@ -134,6 +134,37 @@ struct RigidRotation {
     }
 };
 
+/// Uniaxial strain that grows everywhere until w t = pi/2 (ours): dx/dX = start + A sin(w t)(1 + cos(pi X)/2) along x, x = 0 is held.
+struct GrowingStretch {
+    double start;      ///< dx/dX at t = 0
+    double amplitude;  ///< A
+    double frequency;  ///< w, rad/s
+
+    template <int D, class T>
+    ORDO_FLAT Vec<D, T> operator()(const Vec<D, T>& X, const T& t) const
+    {
+        Vec<D, T> x = X;
+        x[0]        = start * X[0] + amplitude * sin(frequency * t) * (X[0] + 1 / (2 * kPi) * sin(kPi * X[0]));
+        return x;
+    }
+};
+
+/// A ring grows without change of volume: r^2 = R^2 + a(t), a = start + A sin(w t). In polar axes F = diag(R/r, r/R) (1 along the
+/// axis), so the logarithmic strain keeps its directions.
+struct RingGrowth {
+    double start, amplitude;  ///< m^2
+    double frequency;         ///< w, rad/s
+
+    template <int D, class T>
+    ORDO_FLAT Vec<D, T> operator()(const Vec<D, T>& X, const T& t) const
+    {
+        const T R2 = X[0] * X[0] + X[1] * X[1], stretch = sqrt((R2 + (amplitude * sin(frequency * t) + start)) / R2);
+        Vec<D, T> x = X;
+        for (int a = 0; a < 2; ++a) x[a] = X[a] * stretch;
+        return x;
+    }
+};
+
 /// Layers slide along x: u_x = rate t Y. F is uniform, and there is no body force.
 struct SimpleShear {
     double rate;  ///< 1/s

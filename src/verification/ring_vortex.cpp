@@ -2,31 +2,11 @@
 #include "verification/cases.hpp"
 #include "verification/elastic.hpp"
 #include "verification/motions.hpp"
+#include "verification/polar.hpp"
 
 namespace ordo::verification {
 
 namespace {
-
-/// Whether a material point lies in a tube.
-template <int D>
-std::function<bool(const Vec<D>&)> inside(const Tube<D>& tube)
-{
-    return [tube](const Vec<D>& X) {
-        const double R = std::hypot(X[0], X[1]);
-        return R >= tube.inner && R <= tube.outer;
-    };
-}
-
-/// Cells along `length` metres, at least one.
-int cells_along(double length, int per_metre) { return std::max(1, static_cast<int>(std::lround(length * per_metre))); }
-
-template <int D>
-void fill_tube(Problem<D>& p, const Tube<D>& tube, int radial, int angular, int layers)
-{
-    p.seeds         = fill_polar(tube, radial, angular, layers);
-    p.corners       = polar_cells(tube, radial, angular, layers);
-    p.model.surface = tube.round_faces();
-}
 
 /// A quarter of a ring between symmetry planes; in 3D of a tube between symmetry planes.
 template <int D>
@@ -38,34 +18,19 @@ Row expand_ring(const Request& r)
     Index<D> cells   = Index<D>::filled(across);
     if constexpr (D == 3) cells[2] = cells_along(0.1, r.cells);
     Problem<D> p = on_grid<D>(r, Vec<D>{}, cells);
-    p.model.conditions.push_back({.axis = 0, .at = 0.0, .type = ConditionType::symmetry, .value = {}});
-    p.model.conditions.push_back({.axis = 1, .at = 0.0, .type = ConditionType::symmetry, .value = {}});
+    add_symmetry_planes(p);
     Tube<D> tube{.inner = inner, .outer = outer, .to = kPi / 2};
     if constexpr (D == 3) {
         add_walls(p.model, 2);
         tube.top = cells[2] * p.model.h[2];
     }
     fill_tube(p, tube, cells_along(0.2, n), cells_along(0.8, n), D == 3 ? cells[D - 1] * r.per_axis : 1);
-    p.contains = inside(tube);
     manufacture(p, RingExpansion{amplitude, inner, outer, kPi * paper_speed(r.values) / (inner + outer)});
     if (r.values.word("stop") == "step-later") {
         p.dt = p.end / std::ceil(p.end / p.dt * (1 - 1e-9));
         p.end += p.dt;
     }
-    if (r.values.word("rims") == "loaded") {
-        // The pressure of the exact solution: the radial stress where a rim meets the x axis.
-        for (const double R : {inner, outer}) {
-            Vec<D> rim{};
-            rim[0] = R;
-            p.model.tractions.push_back({.type = TractionType::pressure, .value = {}});
-            p.model.tractions.back().value[0] =
-                Field([rim, solution = p.solution](const FieldPoint& at) { return -solution->stress(rim, at.t)(0, 0); });
-        }
-        p.load = [](const Vec<D>& normal, const Vec<D>& center) {
-            const double along = (normal[0] * center[0] + normal[1] * center[1]) / std::hypot(center[0], center[1]);
-            return along < -0.5 ? 0 : along > 0.5 ? 1 : -1;
-        };
-    }
+    if (r.values.word("rims") == "loaded") load_rims(p, exact_pressure(p, inner), exact_pressure(p, outer));
     return measure(p);
 }
 
@@ -91,7 +56,6 @@ Row wind_vortex(const Request& r)
         motion.twist  = r.values.number("twist");
     }
     fill_tube(p, tube, cells_along(0.5, n), cells_along(5.625, n), D == 3 ? cells[D - 1] * r.per_axis : 1);
-    p.contains = inside(tube);
     manufacture(p, motion);
     return measure(p);
 }

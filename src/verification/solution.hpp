@@ -65,11 +65,49 @@ ORDO_FLAT inline Kinematics<D, T> kinematics(const Motion& motion, const Vec<D, 
     return r;
 }
 
-/// Body force per mass that makes the motion a solution: b = a - Div P/rho0, P = sigma cof F, m/s^2.
-template <int D, class T, class Law>
-ORDO_FLAT inline Vec<D, T> body_force(const Kinematics<D, T>& k, const Law& law, double density)
+/// F' and its gradient: the kinematics of a time that carries its own derivative.
+template <int D, class T, class Motion>
+ORDO_FLAT inline Mat<D, Gradient<D, T>> deformation_rate(const Motion& motion, const Vec<D, T>& X, const T& t)
 {
-    const auto P  = in_plane(law.cauchy(k.F)) * cofactor(k.F);
+    using Timed = Gradient<1, T>;
+    Vec<D, Timed> at{};
+    for (int a = 0; a < D; ++a) at[a].value = X[a];
+    Timed time;
+    time.value    = t;
+    time.slope[0] = T(1.0);
+    const auto k  = kinematics(motion, at, time);
+    Mat<D, Gradient<D, T>> rate{};
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) {
+            rate(i, j).value = k.F(i, j).value.slope[0];
+            for (int n = 0; n < D; ++n) rate(i, j).slope[n] = k.F(i, j).slope[n].slope[0];
+        }
+    return rate;
+}
+
+/// A law whose stress is a function of F and F'.
+template <class Law, int D>
+concept DependsOnRate = requires(const Law law, const Mat<D, Gradient<D>>& F)
+{
+    law.cauchy(F, F);
+};
+
+/// The Cauchy stress of a motion and its gradient.
+template <int D, class T, class Motion, class Law>
+ORDO_FLAT inline Stress<D, Gradient<D, T>> stress_of(const Motion& motion, const Law& law, const Mat<D, Gradient<D, T>>& F,
+                                                     const Vec<D, T>& X, const T& t)
+{
+    if constexpr (DependsOnRate<Law, D>)
+        return law.cauchy(F, deformation_rate(motion, X, t));
+    else
+        return law.cauchy(F);
+}
+
+/// Body force per mass that makes the motion a solution: b = a - Div P/rho0, P = sigma cof F, m/s^2.
+template <int D, class T>
+ORDO_FLAT inline Vec<D, T> body_force(const Kinematics<D, T>& k, const Stress<D, Gradient<D, T>>& sigma, double density)
+{
+    const auto P  = in_plane(sigma) * cofactor(k.F);
     Vec<D, T> b   = k.a;
     const T scale = T(-1.0 / density);
     for (int i = 0; i < D; ++i)
@@ -77,7 +115,7 @@ ORDO_FLAT inline Vec<D, T> body_force(const Kinematics<D, T>& k, const Law& law,
     return b;
 }
 
-/// A motion of a hyperelastic material: a law, or AnyLaw.
+/// A motion of a material whose stress is a function of F (a hyperelastic law, or AnyLaw) or of F and F'.
 template <int D, class Motion, class Law>
 class Manufactured final : public Solution<D> {
   public:
@@ -93,9 +131,16 @@ class Manufactured final : public Solution<D> {
             for (int j = 0; j < D; ++j) F(i, j) = k.F(i, j).value;
         return F;
     }
-    Mat<D> stress(const Vec<D>& X, double t) const override { return in_plane(law_.cauchy(deformation(X, t))); }
+    Mat<D> stress(const Vec<D>& X, double t) const override
+    {
+        const auto sigma = stress_of(motion_, law_, kinematics(motion_, X, t).F, X, t);
+        Mat<D> r{};
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j < D; ++j) r(i, j) = sigma(i, j).value;
+        return r;
+    }
     /// One particle at a time: the plain version of `fill_body_force`.
-    Vec<D> force(const Vec<D>& X, double t) const { return body_force(kinematics(motion_, X, t), law_, density_); }
+    Vec<D> force(const Vec<D>& X, double t) const { return body_force_at(X, t); }
 
     /// b of the particles [begin, end), eight at a time.
     void fill_body_force(const ParticleView<D>& p, std::ptrdiff_t begin, std::ptrdiff_t end, double t) const
@@ -103,11 +148,18 @@ class Manufactured final : public Solution<D> {
         const int last = static_cast<int>(end);
         for (int i = static_cast<int>(begin); i < last; i += Batch::size) {
             const Batch batch = Batch::of(i, last);
-            store(p.b, batch, body_force(kinematics(motion_, load(p.X, batch), Lanes(t)), law_, density_));
+            store(p.b, batch, body_force_at(load(p.X, batch), Lanes(t)));
         }
     }
 
   private:
+    template <class T>
+    ORDO_FLAT Vec<D, T> body_force_at(const Vec<D, T>& X, const T& t) const
+    {
+        const auto k = kinematics(motion_, X, t);
+        return body_force(k, stress_of(motion_, law_, k.F, X, t), density_);
+    }
+
     Motion motion_;
     Law law_;
     double density_;

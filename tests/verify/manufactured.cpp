@@ -1,9 +1,12 @@
 // Manufactured solutions by automatic differentiation against the formulas that the papers print, as corrected; each
 // misprint is shown to fail. u, v, F and stresses of the papers are typed here and nowhere else.
+#include "material/j2.hpp"
 #include "material/neo_hookean.hpp"
 #include "material/st_venant_kirchhoff.hpp"
 #include "support/particles.hpp"
+#include "verification/monotone_j2.hpp"
 #include "verification/motions.hpp"
+#include "verification/newtonian.hpp"
 #include "verification/solution.hpp"
 
 #include <gtest/gtest.h>
@@ -78,6 +81,92 @@ TEST(Manufactured, DerivativesAreThoseOfTheMotion)
     check_derivatives(Vortex{1.0, w, 0.3, 0.25}, neo, Vec<3>{-0.7, 0.6, 0.1}, t);
     check_derivatives(ShearRotation{1.0, w}, venant, Vec<2>{0.3, 0.6}, t);
     check_derivatives(ShearRotation{1.0, w}, neo, Vec<3>{0.3, 0.6, 0.4}, t);
+    const MonotoneJ2 plastic{{neo.lambda + 2.0 / 3 * neo.mu, neo.mu}, 2e5, 1e6};
+    check_derivatives(GrowingStretch{1.03, 0.1, w}, plastic, Vec<1>{0.3}, t);
+    check_derivatives(GrowingStretch{0.97, -0.1, w}, plastic, Vec<2>{0.3, 0.1}, t);
+    check_derivatives(RingGrowth{0.02, 0.06, w}, plastic, Vec<2>{0.3, 0.4}, t);
+    for (const NewtonianFlow& flow :
+         {NewtonianFlow{{1e7, 7.0, 1e4, 0.0, 0.01, true}}, NewtonianFlow{{1e7, 7.0, 1e4, 2e5, 1.0, true}}}) {
+        check_derivatives(BentBox{0.03, w, 1.0}, flow, Vec<2>{0.3, 0.6}, t);
+        check_derivatives(BentBox{0.03, w, 1.0}, flow, Vec<3>{0.3, 0.6, 0.4}, t);
+        check_derivatives(StandingWave{0.1, pi, w}, flow, Vec<1>{0.3}, t);
+    }
+}
+
+// ---- laws as functions of F and F' ------------------------------------------------------------------------------------------
+
+/// Follows the motion of X in n steps from F(0) to F(t), starting from `start`; the largest history column 0 and the stress.
+template <int D, class Law, class Motion>
+Stress<D> followed(const Law& law, const Motion& motion, const Vec<D>& X, double t, int n, double* history)
+{
+    auto F_at = [&](double s) {
+        const auto k = kinematics(motion, X, s);
+        Mat<D> F{};
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j < D; ++j) F(i, j) = k.F(i, j).value;
+        return F;
+    };
+    Mat<D> F = F_at(0);
+    law.start(F, history);
+    Stress<D> sigma{};
+    double fault = 0;
+    for (int k = 1; k <= n; ++k) {
+        const Mat<D> next = F_at(t * k / n);
+        sigma             = law.update(Step<D>{next, next * inverse(F) - Mat<D>::identity(), t / n}, history, fault);
+        F                 = next;
+    }
+    EXPECT_EQ(fault, 0);
+    return sigma;
+}
+
+/// The law of the solver along the motions of plastic-bar and plastic-ring, from the yield point or from F = I.
+TEST(MonotoneJ2, IsTheLawWhereStrainGrows)
+{
+    const NeoHookean neo = neo_hookean(kYoung, 0.3);
+    const double K = neo.lambda + 2.0 / 3 * neo.mu, yield = 2e5, H = 1e6, w = 100 * pi, t = 0.004;
+    const J2 law{{K, neo.mu}, yield, H, yield, 0.0};
+    const MonotoneJ2 monotone{{K, neo.mu}, yield, H};
+    for (const double sign : {1.0, -1.0})
+        for (const int steps : {1, 7}) {
+            const GrowingStretch bar{std::exp(sign * yield / (2 * neo.mu)), 0.1 * sign, w};
+            double history[Material::most_history]{};
+            const Stress<2> sigma = followed(law, bar, Vec<2>{0.3, 0.1}, t, steps, history);
+            const Mat<2> F{{{kinematics(bar, Vec<2>{0.3, 0.1}, t).F(0, 0).value, 0}, {0, 1}}};
+            const double e = std::fabs(std::log(F(0, 0))), alpha = (2 * neo.mu * e - yield) / (3 * neo.mu + H);
+            EXPECT_NEAR(history[J2::kAlpha], alpha, 1e-13);
+            EXPECT_NEAR(monotone.plastic_strain(F), alpha, 1e-13);
+            const double tau = sign * (K * e + 2.0 / 3 * (yield + H * alpha));
+            EXPECT_NEAR(monotone.cauchy(F)(0, 0) * F(0, 0), tau, 1e-12 * K);
+            for (int k = 0; k < Stress<2>::size; ++k) EXPECT_NEAR(sigma.c[k], monotone.cauchy(F).c[k], 1e-12 * K);
+        }
+    const RingGrowth ring{0.0, 0.08, w};
+    const Vec<2> X{0.3, 0.4};
+    double history[Material::most_history]{};
+    const Stress<2> sigma = followed(law, ring, X, t, 5, history);
+    const Mat<2> F        = Manufactured<2, RingGrowth, MonotoneJ2>(ring, monotone, kDensity).deformation(X, t);
+    const double e        = 0.5 * std::log(1 + 0.08 * std::sin(w * t) / 0.25);
+    EXPECT_NEAR(history[J2::kAlpha], (2 * sqrt(3) * neo.mu * e - yield) / (3 * neo.mu + H), 1e-13);
+    for (int k = 0; k < Stress<2>::size; ++k) EXPECT_NEAR(sigma.c[k], monotone.cauchy(F).c[k], 1e-12 * K);
+}
+
+/// The law of the solver tends to it with the step, first order.
+TEST(NewtonianFlow, IsTheLimitOfTheLaw)
+{
+    const Fluid law{1e7, 7.0, 1e4, 0.0, 0.01, true};
+    const BentBox motion{0.03, 100 * pi, 1.0};
+    const Vec<2> X{0.3, 0.6};
+    const double t     = 0.004;
+    const Mat<2> exact = Manufactured<2, BentBox, NewtonianFlow>(motion, {law}, kDensity).stress(X, t);
+    double error[2];
+    for (const int k : {0, 1}) {
+        double history[Material::most_history]{};
+        error[k] = difference(in_plane(followed(law, motion, X, t, k ? 8000 : 4000, history)), exact);
+    }
+    EXPECT_LT(error[1], 1e-3);
+    EXPECT_NEAR(error[0] / error[1], 2, 0.02);
+    const Mat<2> inviscid = in_plane(law.stress(
+        Manufactured<2, BentBox, NewtonianFlow>(motion, {law}, kDensity).deformation(X, t), static_cast<const double*>(nullptr)));
+    EXPECT_GT(difference(exact, inviscid), 0.1) << "viscosity counts";
 }
 
 /// Eight lanes at a time equal one particle at a time, also where the count is no multiple of eight.
