@@ -5,6 +5,7 @@
 #include "io/file.hpp"
 #include "io/input.hpp"
 #include "io/message.hpp"
+#include "material/branches.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

@@ -1,5 +1,7 @@
 #include "app/path.hpp"
 
+#include "material/branches.hpp"
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>

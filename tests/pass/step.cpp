@@ -5,6 +5,7 @@
 #include "method/courant.hpp"
 #include "method/diagnostics.hpp"
 #include "method/layout.hpp"
+#include "support/materials.hpp"
 #include "support/particles.hpp"
 
 #include <gtest/gtest.h>
@@ -503,6 +504,68 @@ TEST(Step, InactiveNodesHoldNothingOfMeaning)
 {
     check_inactive_nodes<1>();
     check_inactive_nodes<2>();
+}
+
+/// Stress and history of every particle after a step, branches included, are those of its material along its own F. Two of three
+/// materials have branches, in different numbers, and one law has a column `dissipated` of its own.
+template <int D>
+void check_materials(Averaging averaging)
+{
+    MethodSpec spec = test::shape_spec(Basis::hat, Domain::box);
+    spec.averaging  = averaging;
+    Model<D> model  = test::unit_box<D>(8, spec);
+    auto branched   = [](std::string_view law, std::vector<std::string> more) {
+        std::vector<std::string> settings = test::sample_settings(law);
+        settings.insert(settings.end(), more.begin(), more.end());
+        return test::material_of(std::string(law), settings, D);
+    };
+    model.materials = {branched("neo-hookean", {"branch_shear=[300]", "branch_time=[0.4]"}), branched("j2", {}),
+                       branched("j2", {"branch_shear=[100, 50]", "branch_time=[0.1, 0.01]"})};
+    const Explicit<D> method(std::move(model));
+    Particles<D> planted = plant_all(method.model(), test::block(method.model(), 0.25, 0.75, 2));
+    for (int i = 0; i < planted.count; ++i) planted.material[i] = i / 5 % 3;
+    State<D> s = method.start(std::move(planted));
+    for (int i = 0; i < s.particles.count; ++i)
+        for (int a = 0; a < D; ++a) s.particles.v[i][a] = 0.3 * std::sin(5 * s.particles.x[i][a] + 3 * s.particles.x[i][0]);
+    struct Before {
+        Mat<D> F;
+        Stress<D> sigma;
+        std::vector<double> history;
+    };
+    double worst = 0;
+    for (int k = 0; k < 5; ++k) {
+        std::vector<Before> before(s.particles.x.size());
+        auto history = [&](int i) {
+            std::vector<double> r;
+            for (const HistoryColumn& c : history_of(method.model().materials[s.particles.material[i]], D))
+                r.push_back(s.particles.history[s.particles.history_column(c.name)][i]);
+            return r;
+        };
+        for (int i = 0; i < s.particles.count; ++i)
+            before[s.particles.id[i]] = {s.particles.F[i], s.particles.sigma[i], history(i)};
+        const double dt = 0.01;
+        method.step(s, dt);
+        for (int i = 0; i < s.particles.count; ++i) {
+            Before& b           = before[s.particles.id[i]];
+            const Mat<D>& F     = s.particles.F[i];
+            double fault        = 0;
+            const Stress<D> own = update_stress(method.model().materials[s.particles.material[i]],
+                                                Step<D>{F, (F - b.F) * inverse(b.F), dt}, b.sigma, b.history.data(), fault);
+            for (int c = 0; c < own.size; ++c) worst = std::max(worst, std::fabs(own.c[c] - s.particles.sigma[i].c[c]));
+            const std::vector<double> after = history(i);
+            for (std::size_t c = 0; c < after.size(); ++c) EXPECT_NEAR(after[c], b.history[c], 1e-11);
+        }
+    }
+    EXPECT_LT(worst, 1e-9);
+    const Totals e = totals(method.model(), s.particles);
+    EXPECT_GT(e.dissipated, 0);
+}
+TEST(Step, StressIsThatOfTheMaterial)
+{
+    for (const Averaging averaging : {Averaging::none, Averaging::cell}) {
+        check_materials<2>(averaging);
+        check_materials<3>(averaging);
+    }
 }
 
 }  // namespace
