@@ -1,0 +1,74 @@
+"""Shipped cases against solutions of other programs, experiments and closed forms: plasticity, nearly incompressible bodies, fluids.
+
+Grids are coarse, so that a run takes seconds; finer ones are in the README of each case.
+"""
+
+import unittest
+
+import numpy
+from harness import ROOT, frames, particle_data, read_vtk
+from test_cases import run_case
+from vtk.util.numpy_support import vtk_to_numpy
+
+
+def extent(data):
+    """The largest coordinates that the domains of the particles reach."""
+    return vtk_to_numpy(data.GetPoints().GetData()).max(axis=0)
+
+
+def noise(data, spacing):
+    """Root mean square of the pressure less its mean over the particles of the same cell of the grid."""
+    cells    = particle_data(data)
+    pressure = cells["pressure"]
+    _, where = numpy.unique(numpy.floor(cells["position"] / spacing), axis=0, return_inverse=True)
+    mean     = numpy.bincount(where, pressure) / numpy.bincount(where)
+    return numpy.sqrt(numpy.mean((pressure - mean[where]) ** 2))
+
+
+class TaylorBar(unittest.TestCase):
+    """Finite elements of another program: reference.csv in plane strain; radius and length of axisymmetric ones in 3D."""
+
+    def last(self, *args, **file):
+        seen, directory, _ = run_case(self, "taylor-bar", "--threads", "1", *args, **file)
+        return seen, read_vtk(frames(directory)[-1][1]), directory
+
+    def test_plane_bar_follows_finite_elements(self):
+        seen, _, directory = self.last()
+        reference = numpy.genfromtxt(ROOT / "cases/taylor-bar/reference.csv", delimiter=",", skip_header=1, names=True)
+        for time, file in frames(directory):
+            width, length, _ = extent(read_vtk(file))
+            self.assertAlmostEqual(width / numpy.interp(time, reference["t"], reference["half_width"]), 1, delta=0.05)
+            self.assertAlmostEqual(length / numpy.interp(time, reference["t"], reference["length"]), 1, delta=0.01)
+        start = seen["kinetic_energy"][0]
+        for column, name in (("kinetic_energy", "kinetic"), ("dissipated_energy", "dissipated")):
+            expected = numpy.interp(seen["time"], reference["t"], reference[name])
+            self.assertLess(numpy.abs(seen[column] / start - expected).max(), 0.025, column)
+        total = seen["total_energy"] + seen["dissipated_energy"] + seen["boundary_work"] + seen["artificial_viscosity_work"]
+        self.assertLess(total.max(), 1.001 * start)
+        self.assertGreater(total.min(), 0.975 * start)
+
+    def test_particles_of_their_own_lock(self):
+        found = {}
+        for averaging in ("cell", "none"):
+            seen, data, _ = self.last("--set", "method.preset=ugimp", "--set", f"method.averaging={averaging}")
+            found[averaging] = noise(data, 0.0004), seen["strain_energy"][-1] / seen["kinetic_energy"][0]
+        self.assertLess(found["cell"][0], found["none"][0] / 3)  # pressure that alternates
+        self.assertAlmostEqual(found["cell"][1], 0.0027, delta=0.002)  # the elements' elastic energy at the end
+        self.assertGreater(found["none"][1], 0.01)                     # locked in
+
+    def test_rod_has_the_length_and_radius_of_axisymmetric_elements(self):
+        found = {}
+        for averaging in ("cell", "none"):
+            seen, data, _ = self.last("--set", f"method.averaging={averaging}", file="case-3d.toml")
+            radius, other, length = extent(data)
+            self.assertAlmostEqual(radius, other, delta=1e-6 * radius)
+            found[averaging] = radius / 7.199e-3, length / 21.426e-3
+            total = seen["total_energy"] + seen["dissipated_energy"] + seen["boundary_work"]
+            self.assertLess(numpy.ptp(total), 0.04 * total[0])
+        self.assertAlmostEqual(found["cell"][0], 1, delta=0.05)
+        self.assertAlmostEqual(found["cell"][1], 1, delta=0.02)
+        self.assertLess(found["none"][0], found["cell"][0] - 0.02)  # the foot locks
+
+
+if __name__ == "__main__":
+    unittest.main()
