@@ -103,5 +103,27 @@ class CookMembrane(unittest.TestCase):
         self.assertGreater(alone[1], 3 * averaged[1])
 
 
+class WaterColumn(unittest.TestCase):
+    """Tait's water at rest: the weight above is the pressure, and the pressure gives the volume."""
+
+    def test_pressure_is_the_weight_above(self):
+        seen, directory, _ = run_case(self, "water-column", "--threads", "1")
+        all_frames = frames(directory)
+        start      = particle_data(read_vtk(all_frames[0][1]))["position"][:, 1]
+        rest       = [read_vtk(file) for time, file in all_frames if time > 1 + 1e-9]  # a period of 4 L/c
+        pressure   = numpy.mean([particle_data(data)["pressure"] for data in rest], axis=0)
+        weight     = 1000 * 9.81 * (1 - start)
+        rows       = [numpy.abs(start - row) < 0.0125 for row in numpy.arange(0.0125, 1, 0.025)]  # cells of the grid at the start
+        self.assertEqual({numpy.count_nonzero(row) for row in rows}, {16})
+        for row in rows:
+            self.assertAlmostEqual(pressure[row].mean() / 9810, weight[row].mean() / 9810, delta=0.005)
+        self.assertLess(numpy.sqrt(numpy.mean((pressure - weight) ** 2)), 0.01 * 9810)
+        height = numpy.mean([extent(data)[1] for data in rest])
+        self.assertAlmostEqual((1 - height) / (1 - 0.988473), 1, delta=0.01)
+        force = seen["floor_force_y"][seen["time"] > 1].mean()
+        self.assertAlmostEqual(force / (0.1 * 9810), 1, delta=0.005)
+        self.assertLess(numpy.abs(particle_data(rest[-1])["velocity"]).max(), 2e-3)
+
+
 if __name__ == "__main__":
     unittest.main()
