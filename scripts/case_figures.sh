@@ -19,7 +19,7 @@ draw() {  # NAME, then options of `ordo_figures.py snapshots`
 }
 
 [ $# -gt 0 ] || set -- two-disks wall-rebound two-balls ball-on-wall cantilever vibrating-bar pressure-ring \
-    bimaterial-bar bimaterial-ring bimaterial-sphere touching-bodies oedometer incline taylor-bar cook-membrane water-column
+    bimaterial-bar bimaterial-ring bimaterial-sphere touching-bodies oedometer incline taylor-bar cook-membrane water-column dam-break
 for case in "$@"; do
     case $case in
     touching-bodies) draw "$case" --times 0.0,0.1,0.2 --field velocity ;;
@@ -31,6 +31,7 @@ for case in "$@"; do
         ;;
     cook-membrane) draw "$case" --times 0,1.1e-3,3.3e-3 --field pressure --limits=-15e6,25e6 --curve probe_tip.csv:displacement_x,displacement_y ;;
     water-column) draw "$case" --times 0,0.5,1.2 --field pressure --limits 0,1e4 --curve history.csv:floor_force_y ;;
+    dam-break) draw "$case" --times 0.05,0.1,0.2 --field velocity --curve energies ;;
     two-disks) draw "$case" --times 1.0,2.0,3.0 --field velocity --curve energies ;;
     wall-rebound) draw "$case" --times 1.0,3.0,5.0 --field velocity --curve energies --walls 0.05,0.75 ;;
     two-balls) draw "$case" --times 1.0,2.0,3.0 --field velocity --view=-45,10 --curve energies ;;

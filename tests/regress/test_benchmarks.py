@@ -125,5 +125,42 @@ class WaterColumn(unittest.TestCase):
         self.assertLess(numpy.abs(particle_data(rest[-1])["velocity"]).max(), 2e-3)
 
 
+class DamBreak(unittest.TestCase):
+    """Martin & Moyce (1952), tables 2 and 6: t sqrt(2g/a) and front/a; t sqrt(g/a) and height/2a."""
+
+    FRONT  = numpy.array([(0.84, 1.22), (1.43, 1.67), (1.98, 2.33), (2.51, 3.00), (2.98, 3.67), (3.33, 4.11)]).T
+    HEIGHT = numpy.array([(0.77, 0.89), (1.28, 0.72), (1.84, 0.56), (2.45, 0.39), (3.06, 0.28)]).T
+    A, G, CELL = 0.05715, 9.81, 0.005715
+
+    def front(self, x, volume):
+        """Where the water is A/10 deep, between the middles of columns of the grid, and its foremost particle."""
+        depth  = numpy.bincount((x / self.CELL).astype(int), volume, minlength=100) / self.CELL
+        last   = numpy.flatnonzero(depth >= self.A / 10)[-1]
+        beyond = (depth[last] - self.A / 10) / (depth[last] - depth[last + 1])
+        return min((last + 0.5 + beyond) * self.CELL, x.max()), x.max()
+
+    def test_front_and_height_follow_the_experiment(self):
+        seen, directory, _ = run_case(self, "dam-break", "--threads", "1", "--set", 'output.fields=["density", "mass"]')
+        times, fronts, tips, heights = [], [], [], []
+        for time, file in frames(directory):
+            data   = read_vtk(file)
+            points = vtk_to_numpy(data.GetPoints().GetData())  # of `apic`, whose particles are points
+            cells  = particle_data(data)
+            front, tip = self.front(points[:, 0], cells["mass"] / cells["density"])
+            times.append(time)
+            fronts.append(front / self.A)
+            tips.append(tip / self.A)
+            heights.append(points[points[:, 0] < 0.2 * self.A, 1].max() / (2 * self.A))
+        when, expected = self.FRONT[0] / (2 * self.G / self.A) ** 0.5, self.FRONT[1]
+        self.assertLess(numpy.abs(numpy.interp(when, times, fronts) / expected - 1).max(), 0.10)
+        leads = numpy.interp(when, times, tips) / expected - 1
+        self.assertGreater(leads.min(), 0.0)  # nothing slows an inviscid film
+        self.assertLess(leads.max(), 0.15)
+        heights = numpy.interp(self.HEIGHT[0] / (self.G / self.A) ** 0.5, times, heights)
+        self.assertLess(numpy.abs(heights / self.HEIGHT[1] - 1).max(), 0.10)
+        total = seen["total_energy"] + seen["potential_energy"] + seen["dissipated_energy"] + seen["boundary_work"]
+        self.assertLess(numpy.ptp(total), 0.04 * numpy.ptp(seen["potential_energy"]))
+
+
 if __name__ == "__main__":
     unittest.main()
