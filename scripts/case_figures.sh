@@ -1,27 +1,39 @@
 #!/bin/sh
-# Runs the cases with their own settings and draws cases/NAME/figure.png; needs the release build, matplotlib and vtk.
+# Runs the cases with their own settings and draws cases/NAME/figure.png; needs ordo (ORDO, by default the release build), matplotlib
+# and vtk.
 # Usage: scripts/case_figures.sh [NAME...]
 set -eu
 cd "$(dirname "$0")/.."
 python=${PYTHON:-/usr/bin/python3}
+ordo=${ORDO:-build/release/ordo}
 
-preset=  # where set, the method of the run, and figure-PRESET.png is drawn
+preset=   # where set, the method of the run, and figure-PRESET.png is drawn
+variant=  # where set, case-VARIANT.toml is run, and figure-VARIANT.png is drawn
 draw() {  # NAME, then options of `ordo_figures.py snapshots`
     name=$1
     shift
-    out=build/cases/$name${preset:+-$preset}
-    build/release/ordo run "cases/$name/case.toml" ${preset:+--set "method.preset=$preset"} --output "$out" --overwrite --quiet
-    "$python" python/ordo_figures.py snapshots "$out" -o "cases/$name/figure${preset:+-$preset}.png" "$@"
+    suffix=${preset:+-$preset}${variant:+-$variant}
+    out=build/cases/$name$suffix
+    "$ordo" run "cases/$name/case${variant:+-$variant}.toml" ${preset:+--set "method.preset=$preset"} --output "$out" --overwrite --quiet
+    "$python" python/ordo_figures.py snapshots "$out" -o "cases/$name/figure$suffix.png" "$@"
 }
 
 [ $# -gt 0 ] || set -- two-disks wall-rebound two-balls ball-on-wall cantilever vibrating-bar pressure-ring \
-    bimaterial-bar bimaterial-ring bimaterial-sphere touching-bodies oedometer incline strip-footing
+    bimaterial-bar bimaterial-ring bimaterial-sphere touching-bodies oedometer incline strip-footing taylor-bar \
+    cook-membrane water-column dam-break
 for case in "$@"; do
     case $case in
     touching-bodies) draw "$case" --times 0.0,0.1,0.2 --field velocity ;;
     oedometer) draw "$case" --times 0.0,1.0,2.0 --field stress_yy --curve history.csv:press_force_y ;;
     strip-footing) draw "$case" --times 30,60 --field pressure --limits=-0.002,0.012 --curve history.csv:footing_force_y ;;
     incline) draw "$case" --times 0.0,0.5,1.0 --field velocity --curve energies ;;
+    taylor-bar)
+        draw "$case" --times 1e-5,3e-5,8e-5 --field plastic_strain --limits 0,1.5 --curve energies
+        (variant=3d; draw "$case" --times 1.2e-5,4e-5,8e-5 --field plastic_strain --limits 0,2.5 --view=-60,15 --curve energies)
+        ;;
+    cook-membrane) draw "$case" --times 0,1.1e-3,3.3e-3 --field pressure --limits=-15e6,25e6 --curve probe_tip.csv:displacement_x,displacement_y ;;
+    water-column) draw "$case" --times 0,0.5,1.2 --field pressure --limits 0,1e4 --curve history.csv:floor_force_y ;;
+    dam-break) draw "$case" --times 0.05,0.1,0.2 --field velocity --curve energies ;;
     two-disks) draw "$case" --times 1.0,2.0,3.0 --field velocity --curve energies ;;
     wall-rebound) draw "$case" --times 1.0,3.0,5.0 --field velocity --curve energies --walls 0.05,0.75 ;;
     two-balls) draw "$case" --times 1.0,2.0,3.0 --field velocity --view=-45,10 --curve energies ;;

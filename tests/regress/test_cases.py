@@ -10,11 +10,11 @@ from harness import PRESETS, ROOT, frames, history, ordo, particle_data, read_vt
 from vtk.util.numpy_support import vtk_to_numpy
 
 
-def run_case(test, name, *args, code=0):
+def run_case(test, name, *args, code=0, file="case.toml"):
     """Runs a case; returns its history by column and its directory."""
     directory = tempfile.TemporaryDirectory()
     test.addCleanup(directory.cleanup)
-    done = ordo("run", ROOT / "cases" / name / "case.toml", "--output", directory.name, "--quiet", *args, cwd=directory.name)
+    done = ordo("run", ROOT / "cases" / name / file, "--output", directory.name, "--quiet", *args, cwd=directory.name)
     if "built without Gmsh" in done.stderr:
         test.skipTest("this ordo was built without Gmsh")
     test.assertEqual(done.returncode, code, done.stderr)
