@@ -176,7 +176,8 @@ setup::CaseSpec<D> spec_of(const CaseInput& in)
                             .spacing   = to_vec<D>(in.grid.spacing),
                             .gravity   = to_vec<D>(in.gravity),
                             .materials = in.resolved_materials,
-                            .time      = {.end = in.time.end, .dt = in.time.dt}};
+                            .time      = {.end = in.time.end, .dt = in.time.dt},
+                            .damping   = in.resolved_damping};
     if (in.time.cfl) spec.time.cfl = *in.time.cfl;
     for (const BodyInput& b : in.bodies) spec.bodies.push_back(body_of<D>(b, in.materials));
     for (const BoundaryInput& b : in.boundaries)
@@ -217,6 +218,7 @@ const BoundaryInput& table_of(const std::vector<BoundaryInput>& boundaries, int 
     case Part::grid: in.grid.fail(e.key, e.why);
     case Part::method: in.method.fail(in.method.has(e.key) ? e.key : "preset", e.why);
     case Part::time: in.time.fail(e.key, e.why);
+    case Part::damping: in.damping.fail(e.key, e.why);
     case Part::material: in.materials.at(k).fail(e.key, e.why);
     case Part::traction: in.tractions.at(k).fail(e.key, e.why);
     case Part::body: fail_in_body(in.bodies.at(k), e);

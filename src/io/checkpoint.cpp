@@ -21,7 +21,7 @@ namespace ordo::io {
 
 namespace {
 
-constexpr int kFormat             = 5;    ///< of the file; raise it with every change of its content
+constexpr int kFormat             = 6;    ///< of the file; raise it with every change of its content
 constexpr std::size_t kHead       = 512;  ///< bytes of text before HDF5 begins (HDF5's user block)
 constexpr std::string_view kFirst = "ordo checkpoint\n";
 
@@ -190,7 +190,9 @@ void for_each_number(State<D>& s, F&& f)
     f("move", s.move);
     for (std::size_t k = 0; k < s.wall_shifts.size(); ++k)
         for (int a = 0; a < D; ++a) f(fmt::format("wall_shift_{}_{}", k, a).c_str(), s.wall_shifts[k][a]);
+    f("kinetic_energy", s.kinetic_energy);
     f("body_force_work", s.account.body_force_work);
+    f("damped_energy", s.account.damped);
     for (std::size_t k = 0; k < s.account.boundaries.size(); ++k)
         f(fmt::format("boundary_work_{}", k).c_str(), s.account.boundaries[k].work);
     for (std::size_t k = 0; k < s.account.tractions.size(); ++k)

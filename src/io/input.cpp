@@ -91,6 +91,26 @@ const Section<TimeInput>& time_section()
     return s;
 }
 
+const Section<DampingInput>& damping_section()
+{
+    static const Section<DampingInput> s{
+        .name = "damping",
+        .what = "How the velocities of particles are damped after each step, for states at rest under loads. `history.csv` has the "
+                "energy that damping takes.",
+        .keys = {
+            {&DampingInput::type, {.name = "type",
+                .what = "local: a force against each component of the velocity, factor times the force out of balance (Cundall 1987), for "
+                        "loads that change slowly; viscous: velocities decay by exp(-rate t); kinetic: all velocities become "
+                        "zero when the kinetic energy has passed a peak (Cundall 1982), the fastest way to rest",
+                .choices = {kDampingNames.begin(), kDampingNames.end()}}},
+            {&DampingInput::factor, {.name = "factor",
+                .what = "of local damping, such as 0.7", .min = 0, .max = 1, .open_min = true}},
+            {&DampingInput::rate, {.name = "rate",
+                .what = "of viscous damping; a period is damped critically by 4 pi over it", .unit = "1/s", .min = 0,
+                .open_min = true}}}};
+    return s;
+}
+
 // clang-format on
 
 /// The elastic constant of laws that take no pair, "" for none; null for laws that take a pair.
@@ -411,7 +431,7 @@ const Section<WatchInput>& watch_section()
                 .choices = {WatchSpec::names.begin(), WatchSpec::names.end()}}},
             {&WatchInput::energy_growth, {.name = "energy_growth",
                 .what = "how much energy the method may add, as a fraction of all that was there or was exchanged: kinetic and strain "
-                        "energy at the start and the largest changes since by gravity, boundaries, tractions and body forces",
+                        "energy at the start and the largest changes since by gravity, boundaries, tractions, body forces and damping",
                 .min = 0}}}};
     return s;
 }
@@ -1090,6 +1110,24 @@ void validate_probe(const ProbeInput& p, const CaseInput& c)
         if (!(at[a] >= c.grid.origin[a] && at[a] <= c.grid.origin[a] + c.grid.size[a])) p.fail(key, "lies outside the grid");
 }
 
+/// The damping of a table, whose type is at `key`.
+Damping resolve_damping(const Located& in, const std::string& key, const std::string& type, const std::optional<double>& factor,
+                        const std::optional<double>& rate)
+{
+    const auto number = std::find(kDampingNames.begin(), kDampingNames.end(), type) - kDampingNames.begin();
+    Damping r{.type = static_cast<DampingType>(number)};
+    auto settle = [&](const char* name, DampingType owner, const std::optional<double>& given, double& value) {
+        if (given && r.type != owner)
+            in.fail(name, fmt::format("is of damping \"{}\", not \"{}\"; remove it",
+                                      kDampingNames[static_cast<std::size_t>(owner)], type));
+        if (!given && r.type == owner) in.fail(key, fmt::format("\"{}\" needs {}", type, name));
+        if (given) value = *given;
+    };
+    settle("factor", DampingType::local, factor, r.factor);
+    settle("rate", DampingType::viscous, rate, r.rate);
+    return r;
+}
+
 WatchSpec resolve_watch(const WatchInput& in)
 {
     WatchSpec spec;
@@ -1109,6 +1147,7 @@ void validate(CaseInput& c, const std::filesystem::path& file)
     c.spec = resolve_method(c.method);
     if (c.time.dt && c.time.cfl) c.time.fail("cfl", "excludes dt; give one of them");
     if (!c.time.dt && !c.time.cfl) c.time.cfl = 0.4;
+    c.resolved_damping = resolve_damping(c.damping, "type", c.damping.type, c.damping.factor, c.damping.rate);
     validate_materials_and_bodies(c, file);
     for (std::size_t k = 0; k < c.boundaries.size(); ++k) validate_boundary(c.boundaries[k], k, c);
     for (std::size_t k = 0; k < c.tractions.size(); ++k) validate_traction(c.tractions[k], k, c.grid.dim, c.bodies);
@@ -1169,12 +1208,14 @@ CaseInput read_case(const std::filesystem::path& file, const std::vector<std::st
     const Place top{file.string(), 0, 0};
     const int dim = read_dim(root);
     read_table(case_section(), root, "", dim, c,
-               {"grid", "method", "time", "material", "body", "boundary", "traction", "output", "checkpoint", "watch", "probe"});
+               {"grid", "method", "time", "damping", "material", "body", "boundary", "traction", "output", "checkpoint", "watch",
+                "probe"});
     c.place = top;
     read_single(root, grid_section(), dim, c.grid, top);
     c.grid.dim = dim;
     read_single(root, method_section(), dim, c.method, top);
     read_single(root, time_section(), dim, c.time, top);
+    read_single(root, damping_section(), dim, c.damping, top);
     read_repeated(root, material_section(), dim, c.materials);
     read_repeated(root, body_section(), dim, c.bodies);
     read_repeated(root, boundary_section(), dim, c.boundaries, {"region"});
@@ -1218,8 +1259,8 @@ std::string echo_material(const MaterialInput& input) { return echo(material_sec
 
 std::string echo_case(const CaseInput& c)
 {
-    std::string text =
-        echo(case_section(), c) + echo(grid_section(), c.grid) + echo(method_section(), c.method) + echo(time_section(), c.time);
+    std::string text = echo(case_section(), c) + echo(grid_section(), c.grid) + echo(method_section(), c.method) +
+                       echo(time_section(), c.time) + echo(damping_section(), c.damping);
     for (const auto& m : c.materials) text += echo(material_section(), m);
     for (const auto& b : c.bodies) text += echo(body_section(), b);
     for (const auto& b : c.boundaries) text += echo(boundary_section(), b) + echo_region(b);
@@ -1235,9 +1276,10 @@ std::string reference_page()
            "expression of x, y, z, t\n"
            "(muParser) is allowed where the type says so; unknown keys are errors.\n\n" +
            reference(case_section()) + reference(grid_section()) + reference(method_section()) + reference(time_section()) +
-           reference(material_section()) + reference(body_section()) + reference(boundary_section()) +
-           reference(region_section()) + reference(traction_section()) + reference(output_section()) +
-           reference(checkpoint_section()) + reference(watch_section()) + reference(probe_section());
+           reference(damping_section()) + reference(material_section()) + reference(body_section()) +
+           reference(boundary_section()) + reference(region_section()) + reference(traction_section()) +
+           reference(output_section()) + reference(checkpoint_section()) + reference(watch_section()) +
+           reference(probe_section());
 }
 
 }  // namespace ordo::io

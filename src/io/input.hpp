@@ -101,6 +101,12 @@ struct WatchInput : Located {
     double energy_growth           = 1.0;
 };
 
+/// The keys of how velocities are damped.
+struct DampingInput : Located {
+    std::string type = "none";
+    std::optional<double> factor, rate;
+};
+
 struct ProbeInput : Located {
     std::string name;
     std::vector<double> particle, point;
@@ -112,6 +118,7 @@ struct CaseInput : Located {
     GridInput grid;
     MethodInput method;
     TimeInput time;
+    DampingInput damping;
     std::vector<MaterialInput> materials;
     std::vector<BodyInput> bodies;
     std::vector<BoundaryInput> boundaries;
@@ -124,6 +131,7 @@ struct CaseInput : Located {
     MethodSpec spec;                           ///< resolved from method
     std::string name;                          ///< of the file, or of its directory if it is case.toml
     WatchSpec watch_spec;                      ///< resolved from watch
+    Damping resolved_damping;                  ///< resolved from damping
     std::vector<Material> resolved_materials;  ///< resolved from materials
 };
 

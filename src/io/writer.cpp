@@ -89,14 +89,14 @@ void Writer<D>::start_files()
     directory_.remove(directory_.files());
     std::string exchanges;
     for (const Exchanging& one : exchanging_) exchanges += fmt::format(",{0}_force_x,{0}_force_y,{0}_force_z,{0}_work", one.name);
-    history_ =
-        LineFile(directory_.file("history.csv"),
-                 "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy,"
-                 "dissipated_energy,"
-                 "projection_mass_before,projection_mass_after,projection_momentum_x_before,projection_momentum_y_before,"
-                 "projection_momentum_z_before,projection_momentum_x_after,projection_momentum_y_after,"
-                 "projection_momentum_z_after,dropped_pivots,fallback_nodes,boundary_work,traction_work,body_force_work" +
-                     exchanges);
+    history_ = LineFile(
+        directory_.file("history.csv"),
+        "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy,"
+        "dissipated_energy,"
+        "projection_mass_before,projection_mass_after,projection_momentum_x_before,projection_momentum_y_before,"
+        "projection_momentum_z_before,projection_momentum_x_after,projection_momentum_y_after,"
+        "projection_momentum_z_after,dropped_pivots,fallback_nodes,boundary_work,traction_work,body_force_work,damped_energy" +
+            exchanges);
     make_probes();
     for (std::size_t k = 0; k < probes_.size(); ++k) {
         std::string header = "time";
@@ -218,10 +218,10 @@ void Writer<D>::row(State<D>& s)
         const Exchange& x = (one.is_traction ? a.tractions : a.boundaries)[static_cast<std::size_t>(one.number)];
         exchanges += fmt::format("{},{}", values(x.force), x.work);
     }
-    history_.add(fmt::format("{},{},{}{},{},{},{},{},{},{},{}{}{},{},{},{},{},{}{}", s.t, s.dt_prev, e.mass, values(e.momentum),
-                             e.kinetic_energy, e.strain_energy, e.total_energy(), e.potential, e.dissipated, p.mass_before,
-                             p.mass_after, values(p.momentum_before), values(p.momentum_after), p.fit.dropped, p.fit.fallback,
-                             a.boundary_work(), a.traction_work(), a.body_force_work, exchanges));
+    history_.add(fmt::format("{},{},{}{},{},{},{},{},{},{},{}{}{},{},{},{},{},{},{}{}", s.t, s.dt_prev, e.mass,
+                             values(e.momentum), e.kinetic_energy, e.strain_energy, e.total_energy(), e.potential, e.dissipated,
+                             p.mass_before, p.mass_after, values(p.momentum_before), values(p.momentum_after), p.fit.dropped,
+                             p.fit.fallback, a.boundary_work(), a.traction_work(), a.body_force_work, a.damped, exchanges));
     for (std::size_t k = 0; k < bodies_.size(); ++k) {
         const BodyTotals b = totals_of_body(model_, s.particles, static_cast<int>(k));
         bodies_[k].add(fmt::format("{},{}{}{}{},{},{},{}", s.t, b.mass, values(b.center), values(b.momentum), values(b.spin),

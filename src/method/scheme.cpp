@@ -5,6 +5,7 @@
 #include "method/external_work.hpp"
 #include "method/layout.hpp"
 #include "method/place.hpp"
+#include "method/step_damping.hpp"
 #include "method/stress_update.hpp"
 #include "method/tables.hpp"
 
@@ -107,10 +108,12 @@ void Scheme<D>::step(State<D>& s, double dt) const
     ORDO_EXPECT(dt > 0);
     arrange(s);
     s.projection.fit = {};
+    const StepDamping<D> damping(model_, s);
     if (s.account.is_wanted)
         take_accounted_step(s, dt);
     else
         take_step(s, dt);
+    damping.apply(s, dt);
     s.dt_prev = dt;
     ++s.n;
     s.field.mass.is_formed = false;   // particles have moved

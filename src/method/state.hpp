@@ -4,6 +4,7 @@
 #include "base/field.hpp"
 #include "kernels/sweep.hpp"
 #include "material/material.hpp"
+#include "method/damping.hpp"
 #include "method/node_field.hpp"
 #include "method/spec.hpp"
 #include "method/tractions.hpp"
@@ -40,6 +41,7 @@ struct Model {
     /// negative inside and zero on the free surface.
     std::vector<LevelSet<D>> surface;
     Vec<D> gravity{};
+    Damping damping{};
 
     /// The position of a face of the grid, m.
     double face(int axis, bool above) const { return origin[axis] + (above ? cells[axis] * h[axis] : 0.0); }
@@ -94,6 +96,7 @@ struct Account {
     std::vector<Exchange> boundaries;  ///< by Condition::boundary and Wall::boundary
     std::vector<Exchange> tractions;
     double body_force_work = 0.0;  ///< taken by body forces since the start, J
+    double damped          = 0.0;  ///< taken by damping since the start, J; always computed
 
     static double work_of(const std::vector<Exchange>& all)
     {
@@ -136,6 +139,8 @@ struct State {
     std::vector<Vec<D>> wall_shifts;  ///< how far each wall has moved since t = 0, m
 
     TileReport fault;  ///< the first fault of the step, if any
+
+    double kinetic_energy = 0.0;  ///< after the last step, J; if velocities are damped
 
     double t       = 0.0;  ///< time of positions, s
     double t_rest  = 0.0;  ///< rounding error of t (Kahan 1965), so that n steps add up to n dt

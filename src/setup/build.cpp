@@ -50,6 +50,15 @@ void require_bodies(CaseSpec<D>& spec)
     }
 }
 
+void require_damping(const Damping& d)
+{
+    auto fail = [](const char* key, const std::string& why) { throw SetupError(Part::damping, 0, key, why); };
+    if (d.type == DampingType::local && !(d.factor > 0 && d.factor <= 1))
+        fail("factor", fmt::format("must be above 0 and at most 1 (got {})", d.factor));
+    if (d.type == DampingType::viscous && !(d.rate > 0 && std::isfinite(d.rate)))
+        fail("rate", fmt::format("must be positive (got {})", d.rate));
+}
+
 /// The model without loaded faces and free surface, which need the bodies.
 template <int D>
 Model<D> model_of(const CaseSpec<D>& spec)
@@ -58,6 +67,7 @@ Model<D> model_of(const CaseSpec<D>& spec)
     model.method  = spec.method;
     model.origin  = spec.origin;
     model.gravity = spec.gravity;
+    model.damping = spec.damping;
     for (int a = 0; a < D; ++a) {
         model.cells[a] = static_cast<int>(std::lround(spec.size[a] / spec.spacing[a]));
         model.h[a]     = spec.size[a] / model.cells[a];
@@ -211,6 +221,7 @@ Built<D> build(CaseSpec<D> spec, double most_particles)
     require_materials(spec);
     require_bodies(spec);
     require_faces(spec.tractions, spec.bodies);
+    require_damping(spec.damping);
     Model<D> model         = model_of(spec);
     const Seeded<D> seeded = seed_bodies(spec, model, most_particles);
     require_apart(spec.bodies, seeded.seeds, seeded.body_of, model);

@@ -15,7 +15,7 @@
 
 namespace ordo::setup {
 
-enum class Part { grid, method, time, material, boundary, traction, body };
+enum class Part { grid, method, time, damping, material, boundary, traction, body };
 
 /// What is wrong with a case, in which part and key. For programs the message begins with "body[1].shape: .."; io replaces this
 /// by the place in the file.
@@ -123,6 +123,7 @@ struct CaseSpec {
     std::vector<BoundarySpec<D>> boundaries{};
     std::vector<TractionSpec<D>> tractions{};
     TimeSpec time{};
+    Damping damping{};
 };
 
 /// Such as "x-min".

@@ -361,6 +361,14 @@ CASE_FAULTS = [
     ("name of a column", [boundary("name = @'boundary'\nface = 'x-min'\ntype = 'fixed'\n")], "boundary[0].name", "is taken"),
     ("two boundaries of a name", [boundary("name = 'a'\nface = 'x-min'\ntype = 'fixed'\n"), boundary("name = @'a'\nface = 'x-max'\ntype = 'fixed'\n")], "boundary[1].name", "names must differ"),
     ("negative growth", ["[watch]\nenergy_growth = @-1\n"], "watch.energy_growth", "must be zero or positive"),
+    # damping
+    ("unknown damping", ["[damping]\ntype = @'viscus'\n"], "damping.type", 'Did you mean "viscous"?'),
+    ("local damping without a factor", ["[damping]\ntype = @'local'\n"], "damping.type", '"local" needs factor'),
+    ("viscous damping without a rate", ["[damping]\ntype = @'viscous'\n"], "damping.type", '"viscous" needs rate'),
+    ("factor of viscous damping", ["[damping]\ntype = 'viscous'\nrate = 1\nfactor = @0.7\n"], "damping.factor", 'is of damping "local", not "viscous"; remove it'),
+    ("rate without damping", ["[damping]\nrate = @1\n"], "damping.rate", 'is of damping "viscous", not "none"; remove it'),
+    ("factor above one", ["[damping]\ntype = 'local'\nfactor = @1.1\n"], "damping.factor", "at most 1"),
+    ("no factor at all", ["[damping]\ntype = 'local'\nfactor = @0\n"], "damping.factor", "must be above 0"),
     # probes and output
     ("probe without a place", ["@[[probe]]\nname = 'tip'\n"], "probe[0].point", "either particle or point"),
     ("probe with two places", ["[[probe]]\nname = 'tip'\nparticle = 0.5\npoint = @0.5\n"], "probe[0].point", "either particle or point"),

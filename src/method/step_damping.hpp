@@ -1,0 +1,25 @@
+// Damping of the velocities that particles carry, after each step and for every method.
+#pragma once
+
+#include "method/state.hpp"
+
+#include <vector>
+
+namespace ordo {
+
+/// Made before a step, applied after it; no sort may lie between.
+template <int D>
+class StepDamping {
+  public:
+    StepDamping(const Model<D>& model, State<D>& s);
+
+    /// Damps the velocities of particles, their gradients and polynomials, and those of corners. Adds the kinetic energy that
+    /// particles lose to the account.
+    void apply(State<D>& s, double dt) const;
+
+  private:
+    const Model<D>& model_;
+    std::vector<Array<double>> before_;  ///< velocities before the step, by field, for local damping
+};
+
+}  // namespace ordo
