@@ -281,7 +281,19 @@ const Section<BodyInput>& body_section()
                     .what = "initial velocity", .unit = "m/s", .default_text = "0 per axis", .per_axis = true}},
                 {&BodyInput::body_force, {.name = "body_force",
                     .what = "force per mass, in addition to gravity; may use the initial position X, Y, Z", .unit = "m/s^2",
-                    .default_text = "0 per axis", .per_axis = true}}}};
+                    .default_text = "0 per axis", .per_axis = true}},
+                {&BodyInput::k0, {.name = "k0",
+                    .what = "stress at the start: along the axis of gravity the weight above, across it k0 times that; for laws that carry "
+                            "elastic strain or stress (docs/stages.md)",
+                    .min = 0}},
+                {&BodyInput::surface, {.name = "surface",
+                    .what = "of k0: coordinate of the ground along the axis of gravity; the weight between it and a particle has the density of "
+                            "this body", .unit = "m", .default_text = "the top of the body"}},
+                {&BodyInput::overburden, {.name = "overburden",
+                    .what = "of k0: vertical pressure at the surface, such as the weight of other bodies", .unit = "Pa", .default_text = "0",
+                    .min = 0}},
+                {&BodyInput::initial_stress, {.name = "initial_stress",
+                    .what = "the same stress everywhere at the start, in place of k0: xx, yy, zz, tension positive", .unit = "Pa"}}}};
         const auto keys = shape_keys<BodyInput>();
         section.keys.insert(section.keys.begin() + 3, keys.begin(), keys.end());  // after the shape
         return section;
@@ -900,12 +912,23 @@ void resolve_particles_per_cell(BodyInput& in, int dim)
     }
 }
 
+void validate_initial_stress(const BodyInput& in)
+{
+    if (in.k0 && in.has("initial_stress")) in.fail("initial_stress", "excludes k0; give one of them");
+    for (const char* key : {"surface", "overburden"})
+        if (in.has(key) && !in.k0) in.fail(key, "needs k0");
+    if (in.has("initial_stress") && in.initial_stress.size() != 3)
+        in.fail("initial_stress", fmt::format("must be three numbers, xx, yy, zz (got {})", in.initial_stress.size()));
+}
+
 /// Checks a body and fills its defaults; without a name it is named by its number.
 void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
 {
     if (in.name.empty()) in.name = fmt::format("body {}", index);
     require_known_material(in, c);
-    require_keys_of_shape(in, dim, {"name", "material", "shape", "velocity", "body_force"});
+    require_keys_of_shape(
+        in, dim, {"name", "material", "shape", "velocity", "body_force", "k0", "surface", "overburden", "initial_stress"});
+    validate_initial_stress(in);
     validate_angles(in);
     validate_polar_cells(in);
     if (in.shape != "particles" && in.shape != "mesh") resolve_particles_per_cell(in, dim);

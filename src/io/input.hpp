@@ -55,6 +55,8 @@ struct BodyInput : ShapeInput {
     std::vector<int> particles_per_cell;
     std::string seeding, volumes;
     std::vector<Expression> velocity, body_force;
+    std::optional<double> k0, surface, overburden;
+    std::vector<double> initial_stress;
 };
 
 struct TractionInput : Located {

@@ -17,7 +17,8 @@ class Scheme {
     const Model<D>& model() const { return model_; }
 
     /// The state of undeformed particles: sets half-edges, stresses and reach, and sorts the particles. `particles` has x, v,
-    /// m, V0, body, material and, if the method needs them, half0 or edges0.
+    /// m, V0, body, material and, if the method needs them, half0 or edges0; sigma, if not zero, is the initial stress where the
+    /// law can have it (LawFunctions::set_stress).
     State<D> start(Particles<D> particles) const;
 
     /// The state of deformed particles: `particles` also has X and F; F determines volumes, stresses and domains. Rate laws

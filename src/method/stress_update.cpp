@@ -39,10 +39,12 @@ template <int D>
 void start_stresses(const std::vector<Material>& materials, Particles<D>& p)
 {
     for (int i = 0; i < p.count; ++i) {
-        const Material& m = materials[p.material[i]];
-        p.sigma[i]        = m.law->in<D>().initial_stress(m, p.F[i]);
+        const Material& m          = materials[p.material[i]];
+        const LawFunctions<D>& law = m.law->in<D>();
         double history[Material::most_history];
-        m.law->in<D>().start(m, p.F[i], history);
+        law.start(m, p.F[i], history);
+        const bool is_given = !(p.sigma[i] == Stress<D>{}) && law.set_stress && law.set_stress(m, p.F[i], p.sigma[i], history);
+        if (!is_given) p.sigma[i] = law.initial_stress(m, p.F[i]);
         int k = 0;
         for (const HistoryColumn& c : m.law->history.first(column_count(m.law->history, D)))
             p.history[p.history_column(c.name)][i] = history[k++];

@@ -3,6 +3,7 @@
 #include "method/planting.hpp"
 #include "method/tables.hpp"
 #include "setup/conditions.hpp"
+#include "setup/initial_stress.hpp"
 #include "setup/inside.hpp"
 #include "setup/loads.hpp"
 #include "setup/notes.hpp"
@@ -167,6 +168,21 @@ void make_volume_true(const BodySpec<D>& b, int k, const Seeded<D>& seeded, cons
     }
 }
 
+/// The largest height of a body against gravity, m; for those with k0.
+template <int D>
+double top_of(const CaseSpec<D>& spec, int k, const Seeded<D>& seeded)
+{
+    if (!spec.bodies[k].stress.k0) return 0.0;
+    const Vertical up = vertical_of(spec, k);
+    double top        = -HUGE_VAL;
+    auto reach        = [&](const std::vector<Vec<D>>& corners) {
+        for (const Vec<D>& x : corners) top = std::max(top, up.sign * x[up.axis]);
+    };
+    for (int i = seeded.first[k]; i < seeded.first[k + 1]; ++i)
+        reach(seeded.meshes.empty() ? corners_of(seeded.seeds[i]) : corners_of(seeded.meshes[k], i - seeded.first[k]));
+    return top;
+}
+
 template <int D>
 BodyReport report_on(const BodySpec<D>& b, int begin, int end, const Particles<D>& p)
 {
@@ -233,6 +249,7 @@ Built<D> build(CaseSpec<D> spec, double most_particles)
         const int k = static_cast<int>(n);
         plant_body(spec.bodies[n], k, seeded, model, p);
         make_volume_true(spec.bodies[n], k, seeded, model.method, p);
+        set_initial_stress(spec, k, top_of(spec, k, seeded), seeded.first[n], seeded.first[n + 1], p);
         bodies.push_back(report_on(spec.bodies[n], seeded.first[n], seeded.first[n + 1], p));
         if (!spec.tractions.empty()) load_faces(spec.tractions, spec.bodies[n], k, seeded.meshes[n], seeded.first[n], model, p);
     }

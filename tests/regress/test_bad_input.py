@@ -49,6 +49,9 @@ BOXES = body("shape = 'box'\nlower = 0.0\nupper = 0.5\n[[body]]\nmaterial = 'rub
 WALLS = "[[boundary]]\nface = ['x-min', 'x-max', 'y-min', 'y-max']\ntype = 'fixed'\n"
 
 
+FALLING = ("[grid]", "gravity = [0, -1]\n[grid]")
+
+
 def law(model, *lines):
     """The model and its parameters in the place of the elastic material."""
     return (ELASTIC, "model = '" + model + "'\n" + ELASTIC + "".join(line + "\n" for line in lines))
@@ -369,6 +372,18 @@ CASE_FAULTS = [
     ("rate without damping", ["[damping]\nrate = @1\n"], "damping.rate", 'is of damping "viscous", not "none"; remove it'),
     ("factor above one", ["[damping]\ntype = 'local'\nfactor = @1.1\n"], "damping.factor", "at most 1"),
     ("no factor at all", ["[damping]\ntype = 'local'\nfactor = @0\n"], "damping.factor", "must be above 0"),
+    # stress at the start
+    ("k0 of a law of F", [FALLING, "k0 = @0.5\n"], "body[0].k0", "neo-hookean is a function of F: use one that"),
+    ("k0 without gravity", [law("j2", "yield = 1"), "k0 = @0.5\n"], "body[0].k0", "needs gravity along one axis"),
+    ("k0 under gravity along two axes", [("[grid]", "gravity = [1, -1]\n[grid]"), law("j2", "yield = 1"), "k0 = @0.5\n"], "body[0].k0", "needs gravity along one axis"),
+    ("surface below the body", [FALLING, law("j2", "yield = 1e5"), "k0 = 0.5\nsurface = @0.5\n"], "body[0].surface", "lies below the particle at"),
+    ("k0 beyond the yield stress", [FALLING, law("j2", "yield = 1"), "k0 = @0.5\n"], "body[0].k0", "outside the yield surface of j2"),
+    ("tension of clay", [clay(), "initial_stress = @[1, 1, 1]\n"], "body[0].initial_stress", "which the elasticity of cam-clay cannot have"),
+    ("clay beyond its preconsolidation", [clay(), "initial_stress = @[-15, -15, -15]\n"], "body[0].initial_stress", "outside the yield surface of cam-clay"),
+    ("k0 and a stress", [FALLING, law("j2", "yield = 1"), "k0 = 0.5\ninitial_stress = @[1, 1, 1]\n"], "body[0].initial_stress", "excludes k0"),
+    ("a stress of two numbers", [law("j2", "yield = 9"), "initial_stress = @[1, 1]\n"], "body[0].initial_stress", "must be three numbers"),
+    ("surface without k0", ["surface = @1.0\n"], "body[0].surface", "needs k0"),
+    ("negative overburden", [FALLING, law("j2", "yield = 1e5"), "k0 = 0.5\noverburden = @-1\n"], "body[0].overburden", "zero or positive"),
     # probes and output
     ("probe without a place", ["@[[probe]]\nname = 'tip'\n"], "probe[0].point", "either particle or point"),
     ("probe with two places", ["[[probe]]\nname = 'tip'\nparticle = 0.5\npoint = @0.5\n"], "probe[0].point", "either particle or point"),
