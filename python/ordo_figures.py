@@ -54,7 +54,8 @@ LABELS = {"velocity": "speed", "von_mises": "von Mises stress"}
 # only by the error of the method.
 ENERGIES = [("kinetic_energy", "kinetic", BLUE), ("strain_energy", "strain", ORANGE), ("potential_energy", "gravity", GREEN),
             ("boundary_work", "taken by boundaries", PURPLE), ("traction_work", "taken by tractions", RED),
-            ("body_force_work", "taken by body forces", TEAL), ("dissipated_energy", "dissipated", BROWN), ("damped_energy", "damped", GREY)]
+            ("body_force_work", "taken by body forces", TEAL), ("dissipated_energy", "dissipated", BROWN), ("damped_energy", "damped", GREY),
+            ("stage_energy", "left between stages", BLACK)]
 METADATA = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}  # of figures, by suffix
 WRITERS = {".mp4": "ffmpeg", ".gif": "pillow"}  # of movies, by suffix
 LONG, SHORT = 2.3, 0.9                          # sides of a panel, inches: the long one, the short one at least

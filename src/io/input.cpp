@@ -80,7 +80,8 @@ const Section<TimeInput>& time_section()
         .name = "time", .what = "Duration and time steps.",
         .keys = {
             {&TimeInput::end, {.name = "end",
-                .what = "time at which the run ends", .unit = "s", .required = true, .min = 0, .open_min = true}},
+                .what = "time at which the run ends; required without [[stage]]", .unit = "s", .default_text = "the durations of all stages",
+                .min = 0, .open_min = true}},
             {&TimeInput::dt, {.name = "dt",
                 .what = "fixed time step; excludes cfl", .unit = "s", .default_text = "from cfl", .min = 0, .open_min = true}},
             {&TimeInput::cfl, {.name = "cfl",
@@ -338,7 +339,10 @@ const Section<BoundaryInput>& boundary_section()
             {&BoundaryInput::value, {.name = "value",
                 .what = "type velocity: velocity per axis; type displacement: displacement per axis since t = 0, m, a function of t; "
                         "\"free\" leaves an axis alone. Type wall: its velocity, a function of t; the wall moves with it",
-                .unit = "m/s", .per_axis = true}}}};
+                .unit = "m/s", .per_axis = true}},
+            {&BoundaryInput::stages, {.name = "stages",
+                .what = "names of the [[stage]]s in which it acts; a wall moves in these only, and is in its first place when it comes back",
+                .default_text = "all"}}}};
     return s;
 }
 
@@ -380,7 +384,9 @@ const Section<TractionInput>& traction_section()
                 .choices = {"pressure", "traction", "dead"}}},
             {&TractionInput::value, {.name = "value",
                 .what = "one number or expression for a pressure, else one per axis; may use the initial position X, Y, Z",
-                .unit = "Pa", .required = true}}}};
+                .unit = "Pa", .required = true}},
+            {&TractionInput::stages, {.name = "stages",
+                .what = "names of the [[stage]]s in which it acts", .default_text = "all"}}}};
     return s;
 }
 
@@ -459,6 +465,32 @@ const Section<ProbeInput>& probe_section()
             {&ProbeInput::point, {.name = "point",
                 .what = "fixed position; velocity and density are those of the grid, from the first step on", .unit = "m",
                 .per_axis = true}}}};
+    return s;
+}
+
+const Section<StageInput>& stage_section()
+{
+    static const Section<StageInput> s{
+        .name = "stage",
+        .what = "A part of the run; one follows another (docs/stages.md). Bodies change their materials at the start of a stage by "
+                "`materials = {BODY = \"MATERIAL\", ..}`.",
+        .repeated = true,
+        .keys = {
+            {&StageInput::name, {.name = "name", .what = "name, to which boundaries and tractions refer", .required = true}},
+            {&StageInput::duration, {.name = "duration", .what = "length, at most if there is a residual", .unit = "s", .required = true,
+                .min = 0, .open_min = true}},
+            {&StageInput::residual, {.name = "residual",
+                .what = "the stage ends when the bodies are at rest: when accelerations are at most this part of gravity and body forces (roots of "
+                        "mean squares), and kinetic energy at most its square of the stored energy. Then the clock goes to the planned end. If they "
+                        "are not within the duration, the run fails", .default_text = "none", .min = 0, .max = 1, .open_min = true, .open_max = true}},
+            {&StageInput::damping, {.name = "damping",
+                .what = "type of damping in this stage", .default_text = "that of [damping]",
+                .choices = {kDampingNames.begin(), kDampingNames.end()}}},
+            {&StageInput::factor, {.name = "factor",
+                .what = "of local damping", .default_text = "that of [damping]", .min = 0, .max = 1, .open_min = true}},
+            {&StageInput::rate, {.name = "rate",
+                .what = "of viscous damping", .unit = "1/s", .default_text = "that of [damping]", .min = 0, .open_min = true}},
+            {&StageInput::remove, {.name = "remove", .what = "names of bodies that are taken out at its start", .default_text = "none"}}}};
     return s;
 }
 // clang-format on
@@ -594,15 +626,30 @@ const toml::table& table_of(const toml::node& node, const std::string& name)
 }
 
 /// The region of boundary k, a table in its table.
-void read_region(const toml::table& boundary, const std::string& path, int dim, BoundaryInput& out)
+void read_inner(const toml::table& boundary, const std::string& path, int dim, BoundaryInput& out)
 {
     const toml::node* node = boundary.get("region");
     if (!node) return;
     out.at["region"] = place_of(*node);
     read_table(region_section(), table_of(*node, path + ".region"), path + ".region", dim, out.region.emplace());
 }
+/// The materials of a stage, a table in its table.
+void read_inner(const toml::table& stage, const std::string& path, int, StageInput& out)
+{
+    const toml::node* node = stage.get("materials");
+    if (!node) return;
+    const std::string name = path + ".materials";
+    out.at["materials"]    = place_of(*node);
+    out.materials.path     = name;
+    for (const auto& [key, value] : table_of(*node, name)) {
+        const std::string body(key.str());
+        const KeyInfo info{.name = body, .what = "its new material"};
+        std::string& material = out.materials.all[body];
+        ValueReader{info, name + "." + body, out.materials.at[body] = place_of(value), 0}.read(value, material);
+    }
+}
 template <class T>
-void read_region(const toml::table&, const std::string&, int, T&)
+void read_inner(const toml::table&, const std::string&, int, T&)
 {}
 
 template <class T>
@@ -617,7 +664,7 @@ void read_repeated(const toml::table& root, const Section<T>& section, int dim, 
         const std::string path   = fmt::format("{}[{}]", section.name, k);
         const toml::table& table = table_of(*list->get(k), path);
         read_table(section, table, path, dim, out.emplace_back(), others);
-        read_region(table, path, dim, out.back());
+        read_inner(table, path, dim, out.back());
     }
 }
 
@@ -1151,6 +1198,68 @@ Damping resolve_damping(const Located& in, const std::string& key, const std::st
     return r;
 }
 
+/// Throws if a list of a table names what does not exist.
+void require_known(const Located& in, const std::string& key, const std::vector<std::string>& names,
+                   const std::vector<std::string>& known, const char* what)
+{
+    for (const std::string& name : names)
+        if (std::find(known.begin(), known.end(), name) == known.end())
+            in.fail(key, fmt::format("there is no {} called \"{}\". {}", what, name,
+                                     known.empty() ? "The case has none" : suggestion(name, known)));
+}
+
+template <class T>
+std::vector<std::string> names_of(const std::vector<T>& items)
+{
+    std::vector<std::string> r;
+    for (const T& item : items) r.push_back(item.name);
+    return r;
+}
+
+/// Checks a stage and fills its damping.
+void validate_stage(StageInput& in, CaseInput& c)
+{
+    if (in.name.empty()) in.fail("name", "must not be empty; boundaries refer to stages by name");
+    const std::string key = in.has("damping") ? "damping" : "name";
+    if (in.damping.empty()) in.damping = c.damping.type;
+    if (in.damping == c.damping.type) {
+        if (!in.factor) in.factor = c.damping.factor;
+        if (!in.rate) in.rate = c.damping.rate;
+    }
+    c.damping_of_stages.push_back(resolve_damping(in, key, in.damping, in.factor, in.rate));
+    require_known(in, "remove", in.remove, names_of(c.bodies), "[[body]]");
+    for (const auto& [body, material] : in.materials.all) {
+        require_known(in.materials, body, {body}, names_of(c.bodies), "[[body]]");
+        require_known(in.materials, body, {material}, names_of(c.materials), "[[material]]");
+    }
+}
+
+/// Checks the stages and the end of the run, which they determine.
+void validate_stages(CaseInput& c)
+{
+    require_unique_names(c.stages, "stage");
+    double end = 0.0;
+    for (StageInput& s : c.stages) {
+        validate_stage(s, c);
+        end += s.duration;
+    }
+    auto require_stages = [&](const auto& in) {
+        if (in.has("stages") && in.stages.empty()) in.fail("stages", "must name at least one; to act in all, remove it");
+        require_known(in, "stages", in.stages, names_of(c.stages), "[[stage]]");
+    };
+    std::for_each(c.boundaries.begin(), c.boundaries.end(), require_stages);
+    std::for_each(c.tractions.begin(), c.tractions.end(), require_stages);
+    if (c.stages.empty()) {
+        if (c.time.place.line == 0) fail(c.time.place, "time", "is missing; the case needs a table [time] with the key end");
+        if (!c.time.has("end")) c.time.fail("end", "is missing (time at which the run ends, s)");
+        return;
+    }
+    if (c.time.has("end") && std::fabs(c.time.end - end) > 1e-9 * end)
+        c.time.fail("end",
+                    fmt::format("must be the sum of the durations of the stages, {} (got {}); or remove it", end, c.time.end));
+    c.time.end = end;
+}
+
 WatchSpec resolve_watch(const WatchInput& in)
 {
     WatchSpec spec;
@@ -1175,6 +1284,7 @@ void validate(CaseInput& c, const std::filesystem::path& file)
     for (std::size_t k = 0; k < c.boundaries.size(); ++k) validate_boundary(c.boundaries[k], k, c);
     for (std::size_t k = 0; k < c.tractions.size(); ++k) validate_traction(c.tractions[k], k, c.grid.dim, c.bodies);
     require_unique_columns(c);
+    validate_stages(c);
     validate_output(c, file);
     for (const ProbeInput& p : c.probes) validate_probe(p, c);
     require_unique_names(c.probes, "probe");
@@ -1231,8 +1341,8 @@ CaseInput read_case(const std::filesystem::path& file, const std::vector<std::st
     const Place top{file.string(), 0, 0};
     const int dim = read_dim(root);
     read_table(case_section(), root, "", dim, c,
-               {"grid", "method", "time", "damping", "material", "body", "boundary", "traction", "output", "checkpoint", "watch",
-                "probe"});
+               {"grid", "method", "time", "damping", "material", "body", "boundary", "traction", "stage", "output", "checkpoint",
+                "watch", "probe"});
     c.place = top;
     read_single(root, grid_section(), dim, c.grid, top);
     c.grid.dim = dim;
@@ -1243,6 +1353,7 @@ CaseInput read_case(const std::filesystem::path& file, const std::vector<std::st
     read_repeated(root, body_section(), dim, c.bodies);
     read_repeated(root, boundary_section(), dim, c.boundaries, {"region"});
     read_repeated(root, traction_section(), dim, c.tractions);
+    read_repeated(root, stage_section(), dim, c.stages, {"materials"});
     read_single(root, output_section(), dim, c.output, top);
     read_single(root, checkpoint_section(), dim, c.checkpoint, top);
     read_single(root, watch_section(), dim, c.watch, top);
@@ -1260,6 +1371,15 @@ std::string echo_region(const BoundaryInput& b)
     std::string text = echo(keys, *b.region), line;
     for (const char c : text.substr(0, text.size() - 1)) line += c == '\n' ? std::string(", ") : std::string(1, c);
     return "region = {" + line + "}\n";
+}
+
+/// The materials of a stage as a table in a line.
+std::string echo_materials(const StageInput& s)
+{
+    std::string line;
+    for (const auto& [body, material] : s.materials.all)
+        line += fmt::format("{}{} = {}", line.empty() ? "" : ", ", to_toml(body), to_toml(material));
+    return line.empty() ? "" : "materials = {" + line + "}\n";
 }
 
 std::pair<MaterialInput, Material> read_material(const std::string& model, const std::vector<std::string>& overrides, int dim)
@@ -1288,6 +1408,7 @@ std::string echo_case(const CaseInput& c)
     for (const auto& b : c.bodies) text += echo(body_section(), b);
     for (const auto& b : c.boundaries) text += echo(boundary_section(), b) + echo_region(b);
     for (const auto& t : c.tractions) text += echo(traction_section(), t);
+    for (const auto& s : c.stages) text += echo(stage_section(), s) + echo_materials(s);
     text += echo(output_section(), c.output) + echo(checkpoint_section(), c.checkpoint) + echo(watch_section(), c.watch);
     for (const auto& p : c.probes) text += echo(probe_section(), p);
     return text;
@@ -1301,8 +1422,8 @@ std::string reference_page()
            reference(case_section()) + reference(grid_section()) + reference(method_section()) + reference(time_section()) +
            reference(damping_section()) + reference(material_section()) + reference(body_section()) +
            reference(boundary_section()) + reference(region_section()) + reference(traction_section()) +
-           reference(output_section()) + reference(checkpoint_section()) + reference(watch_section()) +
-           reference(probe_section());
+           reference(stage_section()) + reference(output_section()) + reference(checkpoint_section()) +
+           reference(watch_section()) + reference(probe_section());
 }
 
 }  // namespace ordo::io

@@ -121,6 +121,23 @@ void Scheme<D>::step(State<D>& s, double dt) const
 }
 
 template <int D>
+void Scheme<D>::begin(const Stage<D>& stage, int number, State<D>& s)
+{
+    begin_stage(stage, number, model_, s);
+    sort_particles(model_, s);
+}
+
+template <int D>
+void Scheme<D>::prepare(const std::vector<Stage<D>>& stages, int number, State<D>& s)
+{
+    for (; s.stage < number; ++s.stage) {
+        const Stage<D>& next = stages.at(static_cast<std::size_t>(s.stage) + 1);
+        remove_bodies(next, model_, s);
+        put_in_force(next, model_);
+    }
+}
+
+template <int D>
 void Scheme<D>::take_accounted_step(State<D>& s, double dt) const
 {
     for (Exchange& e : s.account.boundaries) e.force = {};

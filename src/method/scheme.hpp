@@ -2,12 +2,13 @@
 // fits splines.
 #pragma once
 
+#include "method/stage.hpp"
 #include "method/stage_times.hpp"
 #include "method/state.hpp"
 
 namespace ordo {
 
-/// A method applied to a model. Owns the model, which must not change.
+/// A method applied to a model. Owns the model, which changes with the stages of a run only.
 template <int D>
 class Scheme {
   public:
@@ -32,6 +33,11 @@ class Scheme {
     /// One step of size dt. If a particle fails, throws NumericalError with step, time, particle and quantity; the state is
     /// then that after the failed step and can still be written.
     void step(State<D>& s, double dt) const;
+
+    /// Begins stage `number` of a run, see method/stage.hpp.
+    void begin(const Stage<D>& stage, int number, State<D>& s);
+    /// Makes an initial state one of stage `number` in the numbers of its particles and walls, for a restart that reads the rest.
+    void prepare(const std::vector<Stage<D>>& stages, int number, State<D>& s);
 
     /// From now on adds the time of each stage to `times`; null stops this.
     void measure(StageTimes* times) { times_ = times; }

@@ -1,4 +1,4 @@
-// The state that steps change, and the model, which is fixed during a run.
+// The state that steps change, and the model, which is fixed during a stage of a run.
 #pragma once
 
 #include "base/field.hpp"
@@ -15,6 +15,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <vector>
 
 namespace ordo {
@@ -23,7 +24,7 @@ namespace ordo {
 template <int D>
 using BodyForceKernel = std::function<void(const ParticleView<D>&, std::ptrdiff_t begin, std::ptrdiff_t end, double t)>;
 
-/// The user's set-up, fixed during the run.
+/// The user's set-up, fixed during a stage of the run.
 template <int D>
 struct Model {
     MethodSpec method;
@@ -42,6 +43,7 @@ struct Model {
     std::vector<LevelSet<D>> surface;
     Vec<D> gravity{};
     Damping damping{};
+    double residual = 0.0;  ///< up to which State::residual is measured; 0: not
 
     /// The position of a face of the grid, m.
     double face(int axis, bool above) const { return origin[axis] + (above ? cells[axis] * h[axis] : 0.0); }
@@ -97,6 +99,7 @@ struct Account {
     std::vector<Exchange> tractions;
     double body_force_work = 0.0;  ///< taken by body forces since the start, J
     double damped          = 0.0;  ///< taken by damping since the start, J; always computed
+    double staged          = 0.0;  ///< left with what stages changed at their starts, gravity and heat included, J
 
     static double work_of(const std::vector<Exchange>& all)
     {
@@ -140,7 +143,9 @@ struct State {
 
     TileReport fault;  ///< the first fault of the step, if any
 
-    double kinetic_energy = 0.0;  ///< after the last step, J; if velocities are damped
+    int stage             = 0;                                        ///< of the run
+    double kinetic_energy = 0.0;                                      ///< after the last step, J; if velocities are damped
+    double residual       = std::numeric_limits<double>::infinity();  ///< of the last step, see docs/stages.md; if it is measured
 
     double t       = 0.0;  ///< time of positions, s
     double t_rest  = 0.0;  ///< rounding error of t (Kahan 1965), so that n steps add up to n dt

@@ -1,6 +1,7 @@
 #include "method/step_damping.hpp"
 
 #include "base/parallel.hpp"
+#include "method/diagnostics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -56,12 +57,37 @@ double kinetic_energy(const Particles<D>& p)
         [](double& total, double one) { total += one; });
 }
 
+/// The accelerations of a step over those of gravity and body forces, by roots of mean squares over the mass.
+template <int D>
+double unbalanced(const Model<D>& model, const Particles<D>& p, const double* before, double dt)
+{
+    using Pair         = Vec<2>;
+    const Vec<2> total = parallel_reduce(
+        p.count, Pair{},
+        [&](std::ptrdiff_t i) {
+            Vec<D> a{}, given = model.gravity;
+            for (int c = 0; c < D; ++c) a[c] = (p.v[i][c] - before[i * D + c]) / dt;
+            if (!p.b.empty()) given += p.b[i];
+            return Pair{p.m[i] * dot(a, a), p.m[i] * dot(given, given)};
+        },
+        [](Pair& sum, const Pair& one) { sum += one; });
+    return std::sqrt(total[0] / total[1]);
+}
+
+/// The root of kinetic over stored energy.
+template <int D>
+double moving(const Model<D>& model, const Particles<D>& p)
+{
+    const Totals e = totals(model, p);
+    return e.kinetic_energy > 0 ? std::sqrt(e.kinetic_energy / std::max(e.strain_energy, 0.0)) : 0.0;
+}
+
 }  // namespace
 
 template <int D>
 StepDamping<D>::StepDamping(const Model<D>& model, State<D>& s) : model_(model)
 {
-    if (model.damping.type != DampingType::local) return;
+    if (model.damping.type != DampingType::local && !(model.residual > 0)) return;
     for_each_velocity(s.particles, [&](const double* v, std::ptrdiff_t n) {
         Array<double>& copy = before_.emplace_back(static_cast<std::size_t>(n), Pages::own);
         parallel_for_each(n, [&](std::ptrdiff_t k) { copy[k] = v[k]; });
@@ -70,6 +96,14 @@ StepDamping<D>::StepDamping(const Model<D>& model, State<D>& s) : model_(model)
 
 template <int D>
 void StepDamping<D>::apply(State<D>& s, double dt) const
+{
+    if (model_.residual > 0) s.residual = unbalanced(model_, s.particles, before_.front().data(), dt);
+    damp(s, dt);
+    if (model_.residual > 0 && s.residual <= model_.residual) s.residual = std::max(s.residual, moving(model_, s.particles));
+}
+
+template <int D>
+void StepDamping<D>::damp(State<D>& s, double dt) const
 {
     const Damping& damping = model_.damping;
     if (damping.type == DampingType::none) return;

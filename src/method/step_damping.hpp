@@ -1,4 +1,4 @@
-// Damping of the velocities that particles carry, after each step and for every method.
+// Damping of the velocities that particles carry, after each step and for every method, and how far a state is from rest.
 #pragma once
 
 #include "method/state.hpp"
@@ -14,12 +14,14 @@ class StepDamping {
     StepDamping(const Model<D>& model, State<D>& s);
 
     /// Damps the velocities of particles, their gradients and polynomials, and those of corners. Adds the kinetic energy that
-    /// particles lose to the account.
+    /// particles lose to the account. Sets State::residual if the model asks for it.
     void apply(State<D>& s, double dt) const;
 
   private:
+    void damp(State<D>& s, double dt) const;
+
     const Model<D>& model_;
-    std::vector<Array<double>> before_;  ///< velocities before the step, by field, for local damping
+    std::vector<Array<double>> before_;  ///< velocities before the step, by field, if they are needed
 };
 
 }  // namespace ordo

@@ -10,6 +10,7 @@
 #include "setup/overlap.hpp"
 #include "setup/schemes.hpp"
 #include "setup/seeding.hpp"
+#include "setup/stages.hpp"
 #include "setup/time_step.hpp"
 #include "setup/true_shape.hpp"
 
@@ -238,7 +239,13 @@ Built<D> build(CaseSpec<D> spec, double most_particles)
     require_bodies(spec);
     require_faces(spec.tractions, spec.bodies);
     require_damping(spec.damping);
-    Model<D> model         = model_of(spec);
+    for (const StageSpec& stage : spec.stages) require_damping(stage.damping);
+    Model<D> model               = model_of(spec);
+    std::vector<Stage<D>> stages = stages_of(spec, model);
+    if (!stages.empty()) {
+        spec.time.end = stages.back().end;
+        put_in_force(stages.front(), model);
+    }
     const Seeded<D> seeded = seed_bodies(spec, model, most_particles);
     require_apart(spec.bodies, seeded.seeds, seeded.body_of, model);
 
@@ -256,7 +263,7 @@ Built<D> build(CaseSpec<D> spec, double most_particles)
     if (has_enrichment(model.method)) set_up_enrichment(model, p);
     set_up_scheme(spec, model, p.count);
     require_stable(spec.time, model, p);
-    return {std::move(model), std::move(p), spec.time, std::move(bodies), std::move(notes)};
+    return {std::move(model), std::move(p), spec.time, std::move(stages), std::move(bodies), std::move(notes)};
 }
 
 template Built<1> build(CaseSpec<1>, double);

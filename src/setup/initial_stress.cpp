@@ -33,7 +33,7 @@ void require_possible(const CaseSpec<D>& spec, int k, const Stress<D>& sigma, co
              fmt::format(
                  "needs a law whose stress may differ at the same deformation; that of {} is a function of F: use one that "
                  "carries elastic strain (j2, drucker-prager, mohr-coulomb, cam-clay) or stress (jaumann-elastic), or let "
-                 "gravity act with damping",
+                 "gravity act in a [[stage]] with damping",
                  m.law->name));
     constexpr double tolerance = 1e-9;  // round-off of a return map at a stress on the yield surface
     const Mat<D> F             = Mat<D>::identity();

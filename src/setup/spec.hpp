@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/error.hpp"
+#include "method/stage.hpp"
 #include "method/state.hpp"
 #include "particles/seeding.hpp"
 
@@ -15,7 +16,7 @@
 
 namespace ordo::setup {
 
-enum class Part { grid, method, time, damping, material, boundary, traction, body };
+enum class Part { grid, method, time, damping, material, boundary, traction, body, stage };
 
 /// What is wrong with a case, in which part and key. For programs the message begins with "body[1].shape: .."; io replaces this
 /// by the place in the file.
@@ -96,6 +97,7 @@ struct BoundarySpec {
     double friction = 0.0;                        ///< Coulomb's coefficient of a wall
     std::optional<Region<D>> region{};
     std::optional<int> body{};
+    std::vector<int> stages{};  ///< in which it acts; none: in all
 
     bool is_on_plane() const { return !normal && !region && !body; }
 };
@@ -116,6 +118,21 @@ struct TractionSpec {
     int body                    = 0;
     std::vector<BodyFace> faces = {BodyFace{}};
     Traction<D> traction{};
+    std::vector<int> stages{};  ///< in which it acts; none: in all
+};
+
+/// A part of the run.
+struct StageSpec {
+    /// A body and its new material.
+    struct Change {
+        int body, material;
+    };
+    std::string name{};                ///< for messages
+    double duration = 0.0;             ///< at most, s
+    std::optional<double> residual{};  ///< at which it ends earlier, see method/equilibrium.hpp
+    Damping damping{};
+    std::vector<Change> materials{};  ///< at its start
+    std::vector<int> removed{};       ///< bodies taken out at its start
 };
 
 struct TimeSpec {
@@ -135,7 +152,8 @@ struct CaseSpec {
     std::vector<BoundarySpec<D>> boundaries{};
     std::vector<TractionSpec<D>> tractions{};
     TimeSpec time{};
-    Damping damping{};
+    Damping damping{};                ///< without stages
+    std::vector<StageSpec> stages{};  ///< one after another; none: the run is one
 };
 
 /// Such as "x-min".
@@ -155,6 +173,7 @@ struct Built {
     Model<D> model;
     Particles<D> particles;
     TimeSpec time;
+    std::vector<Stage<D>> stages;
     std::vector<BodyReport> bodies;
     std::vector<std::string> notes;  ///< what a user may not expect
 };
