@@ -41,7 +41,7 @@ except ImportError as e:
     fail_without(e)
 
 BLUE, ORANGE, BLACK, GREY = "#2a6fb0", "#d9730d", "#222222", "#8c8c8c"
-GREEN, PURPLE, RED, TEAL, BROWN = "#3c8d40", "#8a5fb5", "#c23b4e", "#1b9e9e", "#a3761b"
+GREEN, PURPLE, RED, TEAL, BROWN, LIME = "#3c8d40", "#8a5fb5", "#c23b4e", "#1b9e9e", "#a3761b", "#9bbf30"
 COLOURS = [BLACK, ORANGE, BLUE, GREEN, PURPLE, RED, TEAL, BROWN]
 MARKERS = "osD^vP<X>"
 UNITS = {"time": "s", "dt": "s", "displacement": "m", "position": "m", "center": "m", "velocity": "m/s", "stress": "Pa", "density": "kg/m³",
@@ -54,8 +54,8 @@ LABELS = {"velocity": "speed", "von_mises": "von Mises stress"}
 # only by the error of the method.
 ENERGIES = [("kinetic_energy", "kinetic", BLUE), ("strain_energy", "strain", ORANGE), ("potential_energy", "gravity", GREEN),
             ("boundary_work", "taken by boundaries", PURPLE), ("traction_work", "taken by tractions", RED),
-            ("body_force_work", "taken by body forces", TEAL), ("dissipated_energy", "dissipated", BROWN),
-            ("artificial_viscosity_work", "artificial viscosity", GREY)]
+            ("body_force_work", "taken by body forces", TEAL), ("dissipated_energy", "dissipated", BROWN), ("damped_energy", "damped", GREY),
+            ("artificial_viscosity_work", "artificial viscosity", LIME), ("stage_energy", "left between stages", BLACK)]
 METADATA = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}  # of figures, by suffix
 WRITERS = {".mp4": "ffmpeg", ".gif": "pillow"}  # of movies, by suffix
 LONG, SHORT = 2.3, 0.9                          # sides of a panel, inches: the long one, the short one at least

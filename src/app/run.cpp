@@ -157,7 +157,7 @@ int run_case(const io::CaseInput& input, const RunOptions& options)
     io::RunDirectory directory(input.output, earlier);
     io::Checkpoints<D> checkpoints(input, sim.model(), directory);
     std::optional<io::Written> restart;
-    if (options.restart) restart = checkpoints.read(*options.restart, sim.state());
+    if (options.restart) restart = checkpoints.read(*options.restart, sim);
     if (sim.is_complete()) {
         if (!options.quiet) io::say("nothing is left to do: the checkpoint is at t = {:.6g} s\n", sim.state().t);
         return 0;
@@ -191,6 +191,20 @@ void print_body(const setup::BodyReport& b, int dim)
 }
 
 template <int D>
+void print_stage(const Stage<D>& stage, const Simulation<D>& sim, const io::CaseInput& input)
+{
+    fmt::print("# stage \"{}\": t = {:.6g} to {:.6g} s", stage.name, stage.start, stage.end);
+    if (stage.residual > 0) fmt::print(", to a residual of {:.3g}", stage.residual);
+    if (stage.damping.type != DampingType::none)
+        fmt::print(", {} damping", kDampingNames[static_cast<std::size_t>(stage.damping.type)]);
+    for (const int b : stage.removed) fmt::print("; without \"{}\"", sim.bodies()[static_cast<std::size_t>(b)].name);
+    for (const auto& change : stage.materials)
+        fmt::print("; \"{}\" becomes {}", sim.bodies()[static_cast<std::size_t>(change.body)].name,
+                   input.materials[static_cast<std::size_t>(change.material)].name);
+    fmt::print("\n");
+}
+
+template <int D>
 int check_case(const io::CaseInput& input)
 {
     const Simulation<D> sim = simulation_of<D>(input);
@@ -209,6 +223,7 @@ int check_case(const io::CaseInput& input)
     fmt::print("# a file of particles takes {:.3g} MB{}, about {:.0f} of them {:.3g} MB\n", frame / 1e6,
                input.output.compression == "none" ? "" : " before compression", many, many * frame / 1e6);
     for (const setup::BodyReport& b : sim.bodies()) print_body(b, D);
+    for (const Stage<D>& stage : sim.stages()) print_stage(stage, sim, input);
     for (const std::string& note : sim.notes()) fmt::print("# note: {}\n", note);
     if (io::has_results(input.output.directory))
         fmt::print("# {} holds results: ordo run needs --overwrite, --restart or another --output\n", input.output.directory);

@@ -91,18 +91,34 @@ setup::Region<D> region_of(const ShapeInput& b)
     return tube_of<D>(b);
 }
 
+/// The number of an item of this name.
+template <class T>
+int number_of(const std::string& name, const std::vector<T>& items)
+{
+    const auto item = std::find_if(items.begin(), items.end(), [&](const T& one) { return one.name == name; });
+    return static_cast<int>(item - items.begin());
+}
+template <class T>
+std::vector<int> numbers_of(const std::vector<std::string>& names, const std::vector<T>& items)
+{
+    std::vector<int> r;
+    for (const std::string& name : names) r.push_back(number_of(name, items));
+    return r;
+}
+
 template <int D>
 setup::BodySpec<D> body_of(const BodyInput& b, const std::vector<MaterialInput>& materials)
 {
-    const auto material = std::find_if(materials.begin(), materials.end(), [&](const auto& m) { return m.name == b.material; });
     setup::BodySpec<D> body{.shape                 = shape_of<D>(b),
                             .name                  = b.name,
-                            .material              = static_cast<int>(material - materials.begin()),
+                            .material              = number_of(b.material, materials),
                             .gauss                 = b.seeding == "gauss",
                             .keeps_lattice_volumes = b.volumes == "lattice",
                             .velocity              = make_vector_field<D>(b.velocity),
                             .body_force            = make_vector_field<D>(b.body_force)};
     if (!b.particles_per_cell.empty()) body.particles_per_cell = to_vec<D, int>(b.particles_per_cell);
+    body.stress = {.k0 = b.k0, .surface = b.surface, .overburden = b.overburden.value_or(0.0)};
+    if (!b.initial_stress.empty()) body.stress.uniform = to_vec<3>(b.initial_stress);
     return body;
 }
 
@@ -116,16 +132,9 @@ setup::FaceType face_type(const std::string& type)
     return type == "free" ? setup::FaceType::free : setup::FaceType::velocity;
 }
 
-/// The number of a body of this name.
-int number_of(const std::string& name, const std::vector<BodyInput>& bodies)
-{
-    const auto body = std::find_if(bodies.begin(), bodies.end(), [&](const BodyInput& b) { return b.name == name; });
-    return static_cast<int>(body - bodies.begin());
-}
-
 /// Boundary k of those of a table.
 template <int D>
-setup::BoundarySpec<D> boundary_of(const BoundaryInput& b, std::size_t k, const std::vector<BodyInput>& bodies)
+setup::BoundarySpec<D> boundary_of(const BoundaryInput& b, std::size_t k, const CaseInput& in)
 {
     setup::BoundarySpec<D> r{
         .name = b.name, .type = face_type(b.type), .at = b.at_coordinate, .friction = b.friction.value_or(0.0)};
@@ -138,7 +147,8 @@ setup::BoundarySpec<D> boundary_of(const BoundaryInput& b, std::size_t k, const 
         r.point  = to_vec<D>(b.point);
     }
     if (b.region) r.region = region_of<D>(*b.region);
-    if (!b.body.empty()) r.body = number_of(b.body, bodies);
+    if (!b.body.empty()) r.body = number_of(b.body, in.bodies);
+    r.stages = numbers_of(b.stages, in.stages);
     for (int a = 0; a < D && !b.value.empty(); ++a)
         if (b.value[a].value != decltype(b.value[a].value){"free"}) r.value[a] = make_field(b.value[a]);
     return r;
@@ -154,16 +164,30 @@ setup::BodyFace body_face(const std::string& name)
 }
 
 template <int D>
-setup::TractionSpec<D> traction_of(const TractionInput& t, const std::vector<BodyInput>& bodies)
+setup::TractionSpec<D> traction_of(const TractionInput& t, const CaseInput& in)
 {
-    setup::TractionSpec<D> r{.body     = number_of(t.body, bodies),
+    setup::TractionSpec<D> r{.body     = number_of(t.body, in.bodies),
                              .faces    = {},
                              .traction = {.type  = t.type == "pressure"   ? TractionType::pressure
                                                    : t.type == "traction" ? TractionType::traction
                                                                           : TractionType::dead,
                                           .value = {}}};
+    r.stages = numbers_of(t.stages, in.stages);
     for (const std::string& face : t.face) r.faces.push_back(body_face(face));
     for (std::size_t a = 0; a < t.value.size(); ++a) r.traction.value[a] = make_field(t.value[a]);
+    return r;
+}
+
+setup::StageSpec stage_of(const StageInput& s, const Damping& damping, const CaseInput& in)
+{
+    setup::StageSpec r{.name      = s.name,
+                       .duration  = s.duration,
+                       .residual  = s.residual,
+                       .damping   = damping,
+                       .materials = {},
+                       .removed   = numbers_of(s.remove, in.bodies)};
+    for (const auto& [body, material] : s.materials.all)
+        r.materials.push_back({number_of(body, in.bodies), number_of(material, in.materials)});
     return r;
 }
 
@@ -176,12 +200,14 @@ setup::CaseSpec<D> spec_of(const CaseInput& in)
                             .spacing   = to_vec<D>(in.grid.spacing),
                             .gravity   = to_vec<D>(in.gravity),
                             .materials = in.resolved_materials,
-                            .time      = {.end = in.time.end, .dt = in.time.dt}};
+                            .time      = {.end = in.time.end, .dt = in.time.dt},
+                            .damping   = in.resolved_damping};
     if (in.time.cfl) spec.time.cfl = *in.time.cfl;
     for (const BodyInput& b : in.bodies) spec.bodies.push_back(body_of<D>(b, in.materials));
     for (const BoundaryInput& b : in.boundaries)
-        for (std::size_t k = 0; k < b.count(); ++k) spec.boundaries.push_back(boundary_of<D>(b, k, in.bodies));
-    for (const TractionInput& t : in.tractions) spec.tractions.push_back(traction_of<D>(t, in.bodies));
+        for (std::size_t k = 0; k < b.count(); ++k) spec.boundaries.push_back(boundary_of<D>(b, k, in));
+    for (const TractionInput& t : in.tractions) spec.tractions.push_back(traction_of<D>(t, in));
+    for (std::size_t k = 0; k < in.stages.size(); ++k) spec.stages.push_back(stage_of(in.stages[k], in.damping_of_stages[k], in));
     return spec;
 }
 
@@ -217,7 +243,9 @@ const BoundaryInput& table_of(const std::vector<BoundaryInput>& boundaries, int 
     case Part::grid: in.grid.fail(e.key, e.why);
     case Part::method: in.method.fail(in.method.has(e.key) ? e.key : "preset", e.why);
     case Part::time: in.time.fail(e.key, e.why);
+    case Part::damping: in.damping.fail(e.key, e.why);
     case Part::material: in.materials.at(k).fail(e.key, e.why);
+    case Part::stage: in.stages.at(k).fail(e.key, e.why);
     case Part::traction: in.tractions.at(k).fail(e.key, e.why);
     case Part::body: fail_in_body(in.bodies.at(k), e);
     case Part::boundary: break;

@@ -21,7 +21,7 @@ namespace ordo::io {
 
 namespace {
 
-constexpr int kFormat             = 5;    ///< of the file; raise it with every change of its content
+constexpr int kFormat             = 6;    ///< of the file; raise it with every change of its content
 constexpr std::size_t kHead       = 512;  ///< bytes of text before HDF5 begins (HDF5's user block)
 constexpr std::string_view kFirst = "ordo checkpoint\n";
 
@@ -111,7 +111,8 @@ std::string identity_of_file(const std::filesystem::path& file)
 std::string identity_of(CaseInput input)
 {
     input.title.clear();
-    input.time.end   = 0;
+    input.time.end = 0;
+    if (!input.stages.empty()) input.stages.back().duration = 0;
     input.output     = OutputInput();
     input.checkpoint = CheckpointInput();
     input.watch      = WatchInput();
@@ -190,7 +191,11 @@ void for_each_number(State<D>& s, F&& f)
     f("move", s.move);
     for (std::size_t k = 0; k < s.wall_shifts.size(); ++k)
         for (int a = 0; a < D; ++a) f(fmt::format("wall_shift_{}_{}", k, a).c_str(), s.wall_shifts[k][a]);
+    f("kinetic_energy", s.kinetic_energy);
     f("body_force_work", s.account.body_force_work);
+    f("damped_energy", s.account.damped);
+    f("stage_energy", s.account.staged);
+    f("residual", s.residual);
     for (std::size_t k = 0; k < s.account.boundaries.size(); ++k)
         f(fmt::format("boundary_work_{}", k).c_str(), s.account.boundaries[k].work);
     for (std::size_t k = 0; k < s.account.tractions.size(); ++k)
@@ -212,6 +217,7 @@ template <class F>
 void for_each_step(Written& w, F&& f)
 {
     f("step", w.step);
+    f("stage", w.stage);
     f("written_row_step", w.row_step);
     f("written_frame_step", w.frame_step);
 }
@@ -290,8 +296,9 @@ void Checkpoints<D>::write(State<D>& s, Written written)
 }
 
 template <int D>
-Written Checkpoints<D>::read_file(const std::filesystem::path& file, State<D>& s) const
+Written Checkpoints<D>::read_file(const std::filesystem::path& file, Simulation<D>& sim) const
 {
+    State<D>& s               = sim.state();
     const std::string program = require_whole(file);
     const Hdf5Reader in(file);
     const std::string identity = in.text("case");
@@ -300,6 +307,8 @@ Written Checkpoints<D>::read_file(const std::filesystem::path& file, State<D>& s
     for_each_list(w, [&]<class T>(const char* name, std::vector<T>& list) { list = in.list<T>(name); });
     for_each_step(w, [&](const char* name, std::int64_t& step) { in.read(name, ArrayOf<std::int64_t>{&step, 1, 1}); });
     if (has_results(directory_.path())) require_files(input_, w);
+    if (w.stage < s.stage) throw InputError("it is of an earlier stage than one that was tried before; name it with --restart");
+    sim.prepare_stage(static_cast<int>(w.stage));
     read_state(in, model_, s);
     s.n = static_cast<long>(w.step);
     if (program != this_program())
@@ -310,12 +319,12 @@ Written Checkpoints<D>::read_file(const std::filesystem::path& file, State<D>& s
 }
 
 template <int D>
-Written Checkpoints<D>::read(const std::string& which, State<D>& s) const
+Written Checkpoints<D>::read(const std::string& which, Simulation<D>& sim) const
 {
     if (!has_hdf5()) throw InputError("--restart: " + std::string(kNoHdf5));
     if (which != "latest") {
         try {
-            return read_file(which, s);
+            return read_file(which, sim);
         } catch (const InputError& e) {
             throw InputError(one_line(fmt::format("--restart {}: {}", which, e.what())));
         }
@@ -324,7 +333,7 @@ Written Checkpoints<D>::read(const std::string& which, State<D>& s) const
     for (const std::int64_t step : steps()) {
         const std::filesystem::path file = directory_.path() / checkpoint_file(step);
         try {
-            Written w = read_file(file, s);
+            Written w = read_file(file, sim);
             if (!reasons.empty()) say("ordo: warning: checkpoints that cannot be used:{}\n", reasons);
             return w;
         } catch (const InputError& e) {

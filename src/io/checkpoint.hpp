@@ -7,6 +7,7 @@
 #include "io/run_directory.hpp"
 #include "io/run_files.hpp"
 #include "method/state.hpp"
+#include "sim/simulation.hpp"
 
 #include <chrono>
 #include <filesystem>
@@ -30,12 +31,12 @@ class Checkpoints {
     /// Reads the state from a file, or from the newest usable one in the output directory ("latest"), into `s`, the state at the
     /// start of the case. Throws InputError if the file is damaged or of another case or version, or if the directory has results
     /// of another run.
-    Written read(const std::string& which, State<D>& s) const;
+    Written read(const std::string& which, Simulation<D>& sim) const;
 
   private:
     using Clock = std::chrono::steady_clock;
 
-    Written read_file(const std::filesystem::path& file, State<D>& s) const;
+    Written read_file(const std::filesystem::path& file, Simulation<D>& sim) const;
     std::vector<std::int64_t> steps() const;  ///< of those in the directory, newest first
 
     const CaseInput& input_;

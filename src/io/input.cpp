@@ -80,7 +80,8 @@ const Section<TimeInput>& time_section()
         .name = "time", .what = "Duration and time steps.",
         .keys = {
             {&TimeInput::end, {.name = "end",
-                .what = "time at which the run ends", .unit = "s", .required = true, .min = 0, .open_min = true}},
+                .what = "time at which the run ends; required without [[stage]]", .unit = "s", .default_text = "the durations of all stages",
+                .min = 0, .open_min = true}},
             {&TimeInput::dt, {.name = "dt",
                 .what = "fixed time step; excludes cfl", .unit = "s", .default_text = "from cfl", .min = 0, .open_min = true}},
             {&TimeInput::cfl, {.name = "cfl",
@@ -88,6 +89,26 @@ const Section<TimeInput>& time_section()
                         "and mass matrix allow (1 for hats with lumped mass); at most the stability limit of the method "
                         "(docs/design.md); evaluated each step",
                 .default_text = "0.4 without dt", .min = 0, .max = 1, .open_min = true}}}};
+    return s;
+}
+
+const Section<DampingInput>& damping_section()
+{
+    static const Section<DampingInput> s{
+        .name = "damping",
+        .what = "How the velocities of particles are damped after each step, for states at rest under loads. `history.csv` has the "
+                "energy that damping takes.",
+        .keys = {
+            {&DampingInput::type, {.name = "type",
+                .what = "local: a force against each component of the velocity, factor times the force out of balance (Cundall 1987), for "
+                        "loads that change slowly; viscous: velocities decay by exp(-rate t); kinetic: all velocities become "
+                        "zero when the kinetic energy has passed a peak (Cundall 1982), the fastest way to rest",
+                .choices = {kDampingNames.begin(), kDampingNames.end()}}},
+            {&DampingInput::factor, {.name = "factor",
+                .what = "of local damping, such as 0.7", .min = 0, .max = 1, .open_min = true}},
+            {&DampingInput::rate, {.name = "rate",
+                .what = "of viscous damping; a period is damped critically by 4 pi over it", .unit = "1/s", .min = 0,
+                .open_min = true}}}};
     return s;
 }
 
@@ -265,7 +286,19 @@ const Section<BodyInput>& body_section()
                     .what = "initial velocity", .unit = "m/s", .default_text = "0 per axis", .per_axis = true}},
                 {&BodyInput::body_force, {.name = "body_force",
                     .what = "force per mass, in addition to gravity; may use the initial position X, Y, Z", .unit = "m/s^2",
-                    .default_text = "0 per axis", .per_axis = true}}}};
+                    .default_text = "0 per axis", .per_axis = true}},
+                {&BodyInput::k0, {.name = "k0",
+                    .what = "stress at the start: along the axis of gravity the weight above, across it k0 times that; for laws that carry "
+                            "elastic strain or stress (docs/stages.md)",
+                    .min = 0}},
+                {&BodyInput::surface, {.name = "surface",
+                    .what = "of k0: coordinate of the ground along the axis of gravity; the weight between it and a particle has the density of "
+                            "this body", .unit = "m", .default_text = "the top of the body"}},
+                {&BodyInput::overburden, {.name = "overburden",
+                    .what = "of k0: vertical pressure at the surface, such as the weight of other bodies", .unit = "Pa", .default_text = "0",
+                    .min = 0}},
+                {&BodyInput::initial_stress, {.name = "initial_stress",
+                    .what = "the same stress everywhere at the start, in place of k0: xx, yy, zz, tension positive", .unit = "Pa"}}}};
         const auto keys = shape_keys<BodyInput>();
         section.keys.insert(section.keys.begin() + 3, keys.begin(), keys.end());  // after the shape
         return section;
@@ -310,7 +343,10 @@ const Section<BoundaryInput>& boundary_section()
             {&BoundaryInput::value, {.name = "value",
                 .what = "type velocity: velocity per axis; type displacement: displacement per axis since t = 0, m, a function of t; "
                         "\"free\" leaves an axis alone. Type wall: its velocity, a function of t; the wall moves with it",
-                .unit = "m/s", .per_axis = true}}}};
+                .unit = "m/s", .per_axis = true}},
+            {&BoundaryInput::stages, {.name = "stages",
+                .what = "names of the [[stage]]s in which it acts; a wall moves in these only, and is in its first place when it comes back",
+                .default_text = "all"}}}};
     return s;
 }
 
@@ -352,7 +388,9 @@ const Section<TractionInput>& traction_section()
                 .choices = {"pressure", "traction", "dead"}}},
             {&TractionInput::value, {.name = "value",
                 .what = "one number or expression for a pressure, else one per axis; may use the initial position X, Y, Z",
-                .unit = "Pa", .required = true}}}};
+                .unit = "Pa", .required = true}},
+            {&TractionInput::stages, {.name = "stages",
+                .what = "names of the [[stage]]s in which it acts", .default_text = "all"}}}};
     return s;
 }
 
@@ -415,7 +453,7 @@ const Section<WatchInput>& watch_section()
                 .choices = {WatchSpec::names.begin(), WatchSpec::names.end()}}},
             {&WatchInput::energy_growth, {.name = "energy_growth",
                 .what = "how much energy the method may add, as a fraction of all that was there or was exchanged: kinetic and strain "
-                        "energy at the start and the largest changes since by gravity, boundaries, tractions and body forces",
+                        "energy at the start and the largest changes since by gravity, boundaries, tractions, body forces and damping",
                 .min = 0}}}};
     return s;
 }
@@ -431,6 +469,32 @@ const Section<ProbeInput>& probe_section()
             {&ProbeInput::point, {.name = "point",
                 .what = "fixed position; velocity and density are those of the grid, from the first step on", .unit = "m",
                 .per_axis = true}}}};
+    return s;
+}
+
+const Section<StageInput>& stage_section()
+{
+    static const Section<StageInput> s{
+        .name = "stage",
+        .what = "A part of the run; one follows another (docs/stages.md). Bodies change their materials at the start of a stage by "
+                "`materials = {BODY = \"MATERIAL\", ..}`.",
+        .repeated = true,
+        .keys = {
+            {&StageInput::name, {.name = "name", .what = "name, to which boundaries and tractions refer", .required = true}},
+            {&StageInput::duration, {.name = "duration", .what = "length, at most if there is a residual", .unit = "s", .required = true,
+                .min = 0, .open_min = true}},
+            {&StageInput::residual, {.name = "residual",
+                .what = "the stage ends when the bodies are at rest: when accelerations are at most this part of gravity and body forces (roots of "
+                        "mean squares), and kinetic energy at most its square of the stored energy. Then the clock goes to the planned end. If they "
+                        "are not within the duration, the run fails", .default_text = "none", .min = 0, .max = 1, .open_min = true, .open_max = true}},
+            {&StageInput::damping, {.name = "damping",
+                .what = "type of damping in this stage", .default_text = "that of [damping]",
+                .choices = {kDampingNames.begin(), kDampingNames.end()}}},
+            {&StageInput::factor, {.name = "factor",
+                .what = "of local damping", .default_text = "that of [damping]", .min = 0, .max = 1, .open_min = true}},
+            {&StageInput::rate, {.name = "rate",
+                .what = "of viscous damping", .unit = "1/s", .default_text = "that of [damping]", .min = 0, .open_min = true}},
+            {&StageInput::remove, {.name = "remove", .what = "names of bodies that are taken out at its start", .default_text = "none"}}}};
     return s;
 }
 // clang-format on
@@ -566,15 +630,30 @@ const toml::table& table_of(const toml::node& node, const std::string& name)
 }
 
 /// The region of boundary k, a table in its table.
-void read_region(const toml::table& boundary, const std::string& path, int dim, BoundaryInput& out)
+void read_inner(const toml::table& boundary, const std::string& path, int dim, BoundaryInput& out)
 {
     const toml::node* node = boundary.get("region");
     if (!node) return;
     out.at["region"] = place_of(*node);
     read_table(region_section(), table_of(*node, path + ".region"), path + ".region", dim, out.region.emplace());
 }
+/// The materials of a stage, a table in its table.
+void read_inner(const toml::table& stage, const std::string& path, int, StageInput& out)
+{
+    const toml::node* node = stage.get("materials");
+    if (!node) return;
+    const std::string name = path + ".materials";
+    out.at["materials"]    = place_of(*node);
+    out.materials.path     = name;
+    for (const auto& [key, value] : table_of(*node, name)) {
+        const std::string body(key.str());
+        const KeyInfo info{.name = body, .what = "its new material"};
+        std::string& material = out.materials.all[body];
+        ValueReader{info, name + "." + body, out.materials.at[body] = place_of(value), 0}.read(value, material);
+    }
+}
 template <class T>
-void read_region(const toml::table&, const std::string&, int, T&)
+void read_inner(const toml::table&, const std::string&, int, T&)
 {}
 
 template <class T>
@@ -589,7 +668,7 @@ void read_repeated(const toml::table& root, const Section<T>& section, int dim, 
         const std::string path   = fmt::format("{}[{}]", section.name, k);
         const toml::table& table = table_of(*list->get(k), path);
         read_table(section, table, path, dim, out.emplace_back(), others);
-        read_region(table, path, dim, out.back());
+        read_inner(table, path, dim, out.back());
     }
 }
 
@@ -903,12 +982,23 @@ void resolve_particles_per_cell(BodyInput& in, int dim)
     }
 }
 
+void validate_initial_stress(const BodyInput& in)
+{
+    if (in.k0 && in.has("initial_stress")) in.fail("initial_stress", "excludes k0; give one of them");
+    for (const char* key : {"surface", "overburden"})
+        if (in.has(key) && !in.k0) in.fail(key, "needs k0");
+    if (in.has("initial_stress") && in.initial_stress.size() != 3)
+        in.fail("initial_stress", fmt::format("must be three numbers, xx, yy, zz (got {})", in.initial_stress.size()));
+}
+
 /// Checks a body and fills its defaults; without a name it is named by its number.
 void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
 {
     if (in.name.empty()) in.name = fmt::format("body {}", index);
     require_known_material(in, c);
-    require_keys_of_shape(in, dim, {"name", "material", "shape", "velocity", "body_force"});
+    require_keys_of_shape(
+        in, dim, {"name", "material", "shape", "velocity", "body_force", "k0", "surface", "overburden", "initial_stress"});
+    validate_initial_stress(in);
     validate_angles(in);
     validate_polar_cells(in);
     if (in.shape != "particles" && in.shape != "mesh") resolve_particles_per_cell(in, dim);
@@ -1113,6 +1203,86 @@ void validate_probe(const ProbeInput& p, const CaseInput& c)
         if (!(at[a] >= c.grid.origin[a] && at[a] <= c.grid.origin[a] + c.grid.size[a])) p.fail(key, "lies outside the grid");
 }
 
+/// The damping of a table, whose type is at `key`.
+Damping resolve_damping(const Located& in, const std::string& key, const std::string& type, const std::optional<double>& factor,
+                        const std::optional<double>& rate)
+{
+    const auto number = std::find(kDampingNames.begin(), kDampingNames.end(), type) - kDampingNames.begin();
+    Damping r{.type = static_cast<DampingType>(number)};
+    auto settle = [&](const char* name, DampingType owner, const std::optional<double>& given, double& value) {
+        if (given && r.type != owner)
+            in.fail(name, fmt::format("is of damping \"{}\", not \"{}\"; remove it",
+                                      kDampingNames[static_cast<std::size_t>(owner)], type));
+        if (!given && r.type == owner) in.fail(key, fmt::format("\"{}\" needs {}", type, name));
+        if (given) value = *given;
+    };
+    settle("factor", DampingType::local, factor, r.factor);
+    settle("rate", DampingType::viscous, rate, r.rate);
+    return r;
+}
+
+/// Throws if a list of a table names what does not exist.
+void require_known(const Located& in, const std::string& key, const std::vector<std::string>& names,
+                   const std::vector<std::string>& known, const char* what)
+{
+    for (const std::string& name : names)
+        if (std::find(known.begin(), known.end(), name) == known.end())
+            in.fail(key, fmt::format("there is no {} called \"{}\". {}", what, name,
+                                     known.empty() ? "The case has none" : suggestion(name, known)));
+}
+
+template <class T>
+std::vector<std::string> names_of(const std::vector<T>& items)
+{
+    std::vector<std::string> r;
+    for (const T& item : items) r.push_back(item.name);
+    return r;
+}
+
+/// Checks a stage and fills its damping.
+void validate_stage(StageInput& in, CaseInput& c)
+{
+    if (in.name.empty()) in.fail("name", "must not be empty; boundaries refer to stages by name");
+    const std::string key = in.has("damping") ? "damping" : "name";
+    if (in.damping.empty()) in.damping = c.damping.type;
+    if (in.damping == c.damping.type) {
+        if (!in.factor) in.factor = c.damping.factor;
+        if (!in.rate) in.rate = c.damping.rate;
+    }
+    c.damping_of_stages.push_back(resolve_damping(in, key, in.damping, in.factor, in.rate));
+    require_known(in, "remove", in.remove, names_of(c.bodies), "[[body]]");
+    for (const auto& [body, material] : in.materials.all) {
+        require_known(in.materials, body, {body}, names_of(c.bodies), "[[body]]");
+        require_known(in.materials, body, {material}, names_of(c.materials), "[[material]]");
+    }
+}
+
+/// Checks the stages and the end of the run, which they determine.
+void validate_stages(CaseInput& c)
+{
+    require_unique_names(c.stages, "stage");
+    double end = 0.0;
+    for (StageInput& s : c.stages) {
+        validate_stage(s, c);
+        end += s.duration;
+    }
+    auto require_stages = [&](const auto& in) {
+        if (in.has("stages") && in.stages.empty()) in.fail("stages", "must name at least one; to act in all, remove it");
+        require_known(in, "stages", in.stages, names_of(c.stages), "[[stage]]");
+    };
+    std::for_each(c.boundaries.begin(), c.boundaries.end(), require_stages);
+    std::for_each(c.tractions.begin(), c.tractions.end(), require_stages);
+    if (c.stages.empty()) {
+        if (c.time.place.line == 0) fail(c.time.place, "time", "is missing; the case needs a table [time] with the key end");
+        if (!c.time.has("end")) c.time.fail("end", "is missing (time at which the run ends, s)");
+        return;
+    }
+    if (c.time.has("end") && std::fabs(c.time.end - end) > 1e-9 * end)
+        c.time.fail("end",
+                    fmt::format("must be the sum of the durations of the stages, {} (got {}); or remove it", end, c.time.end));
+    c.time.end = end;
+}
+
 WatchSpec resolve_watch(const WatchInput& in)
 {
     WatchSpec spec;
@@ -1132,10 +1302,12 @@ void validate(CaseInput& c, const std::filesystem::path& file)
     c.spec = resolve_method(c.method);
     if (c.time.dt && c.time.cfl) c.time.fail("cfl", "excludes dt; give one of them");
     if (!c.time.dt && !c.time.cfl) c.time.cfl = 0.4;
+    c.resolved_damping = resolve_damping(c.damping, "type", c.damping.type, c.damping.factor, c.damping.rate);
     validate_materials_and_bodies(c, file);
     for (std::size_t k = 0; k < c.boundaries.size(); ++k) validate_boundary(c.boundaries[k], k, c);
     for (std::size_t k = 0; k < c.tractions.size(); ++k) validate_traction(c.tractions[k], k, c.grid.dim, c.bodies);
     require_unique_columns(c);
+    validate_stages(c);
     validate_output(c, file);
     for (const ProbeInput& p : c.probes) validate_probe(p, c);
     require_unique_names(c.probes, "probe");
@@ -1192,16 +1364,19 @@ CaseInput read_case(const std::filesystem::path& file, const std::vector<std::st
     const Place top{file.string(), 0, 0};
     const int dim = read_dim(root);
     read_table(case_section(), root, "", dim, c,
-               {"grid", "method", "time", "material", "body", "boundary", "traction", "output", "checkpoint", "watch", "probe"});
+               {"grid", "method", "time", "damping", "material", "body", "boundary", "traction", "stage", "output", "checkpoint",
+                "watch", "probe"});
     c.place = top;
     read_single(root, grid_section(), dim, c.grid, top);
     c.grid.dim = dim;
     read_single(root, method_section(), dim, c.method, top);
     read_single(root, time_section(), dim, c.time, top);
+    read_single(root, damping_section(), dim, c.damping, top);
     read_repeated(root, material_section(), dim, c.materials);
     read_repeated(root, body_section(), dim, c.bodies);
     read_repeated(root, boundary_section(), dim, c.boundaries, {"region"});
     read_repeated(root, traction_section(), dim, c.tractions);
+    read_repeated(root, stage_section(), dim, c.stages, {"materials"});
     read_single(root, output_section(), dim, c.output, top);
     read_single(root, checkpoint_section(), dim, c.checkpoint, top);
     read_single(root, watch_section(), dim, c.watch, top);
@@ -1219,6 +1394,15 @@ std::string echo_region(const BoundaryInput& b)
     std::string text = echo(keys, *b.region), line;
     for (const char c : text.substr(0, text.size() - 1)) line += c == '\n' ? std::string(", ") : std::string(1, c);
     return "region = {" + line + "}\n";
+}
+
+/// The materials of a stage as a table in a line.
+std::string echo_materials(const StageInput& s)
+{
+    std::string line;
+    for (const auto& [body, material] : s.materials.all)
+        line += fmt::format("{}{} = {}", line.empty() ? "" : ", ", to_toml(body), to_toml(material));
+    return line.empty() ? "" : "materials = {" + line + "}\n";
 }
 
 std::pair<MaterialInput, Material> read_material(const std::string& model, const std::vector<std::string>& overrides, int dim)
@@ -1241,12 +1425,13 @@ std::string echo_material(const MaterialInput& input) { return echo(material_sec
 
 std::string echo_case(const CaseInput& c)
 {
-    std::string text =
-        echo(case_section(), c) + echo(grid_section(), c.grid) + echo(method_section(), c.method) + echo(time_section(), c.time);
+    std::string text = echo(case_section(), c) + echo(grid_section(), c.grid) + echo(method_section(), c.method) +
+                       echo(time_section(), c.time) + echo(damping_section(), c.damping);
     for (const auto& m : c.materials) text += echo(material_section(), m);
     for (const auto& b : c.bodies) text += echo(body_section(), b);
     for (const auto& b : c.boundaries) text += echo(boundary_section(), b) + echo_region(b);
     for (const auto& t : c.tractions) text += echo(traction_section(), t);
+    for (const auto& s : c.stages) text += echo(stage_section(), s) + echo_materials(s);
     text += echo(output_section(), c.output) + echo(checkpoint_section(), c.checkpoint) + echo(watch_section(), c.watch);
     for (const auto& p : c.probes) text += echo(probe_section(), p);
     return text;
@@ -1258,9 +1443,10 @@ std::string reference_page()
            "expression of x, y, z, t\n"
            "(muParser) is allowed where the type says so; unknown keys are errors.\n\n" +
            reference(case_section()) + reference(grid_section()) + reference(method_section()) + reference(time_section()) +
-           reference(material_section()) + reference(body_section()) + reference(boundary_section()) +
-           reference(region_section()) + reference(traction_section()) + reference(output_section()) +
-           reference(checkpoint_section()) + reference(watch_section()) + reference(probe_section());
+           reference(damping_section()) + reference(material_section()) + reference(body_section()) +
+           reference(boundary_section()) + reference(region_section()) + reference(traction_section()) +
+           reference(stage_section()) + reference(output_section()) + reference(checkpoint_section()) +
+           reference(watch_section()) + reference(probe_section());
 }
 
 }  // namespace ordo::io

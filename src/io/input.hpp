@@ -56,6 +56,8 @@ struct BodyInput : ShapeInput {
     std::vector<int> particles_per_cell;
     std::string seeding, volumes;
     std::vector<Expression> velocity, body_force;
+    std::optional<double> k0, surface, overburden;
+    std::vector<double> initial_stress;
 };
 
 struct TractionInput : Located {
@@ -64,6 +66,7 @@ struct TractionInput : Located {
     std::vector<std::string> face;
     std::string type = "pressure";
     std::vector<Expression> value;
+    std::vector<std::string> stages;
 };
 
 struct BoundaryInput : Located {
@@ -76,6 +79,7 @@ struct BoundaryInput : Located {
     std::vector<double> normal, point;
     std::optional<double> friction;
     std::vector<Expression> value;
+    std::vector<std::string> stages;
 
     /// Each face is a condition of its own.
     std::size_t count() const { return std::max<std::size_t>(face.size(), 1); }
@@ -102,6 +106,27 @@ struct WatchInput : Located {
     double energy_growth           = 1.0;
 };
 
+/// The keys of how velocities are damped.
+struct DampingInput : Located {
+    std::string type = "none";
+    std::optional<double> factor, rate;
+};
+
+/// A table of names by names.
+struct NamesInput : Located {
+    Words all;
+};
+
+struct StageInput : Located {
+    std::string name;
+    double duration = 0.0;
+    std::optional<double> residual;
+    std::string damping;
+    std::optional<double> factor, rate;
+    NamesInput materials;  ///< by body
+    std::vector<std::string> remove;
+};
+
 struct ProbeInput : Located {
     std::string name;
     std::vector<double> particle, point;
@@ -113,6 +138,7 @@ struct CaseInput : Located {
     GridInput grid;
     MethodInput method;
     TimeInput time;
+    DampingInput damping;
     std::vector<MaterialInput> materials;
     std::vector<BodyInput> bodies;
     std::vector<BoundaryInput> boundaries;
@@ -121,10 +147,13 @@ struct CaseInput : Located {
     CheckpointInput checkpoint;
     WatchInput watch;
     std::vector<ProbeInput> probes;
+    std::vector<StageInput> stages;
 
     MethodSpec spec;                           ///< resolved from method
     std::string name;                          ///< of the file, or of its directory if it is case.toml
     WatchSpec watch_spec;                      ///< resolved from watch
+    Damping resolved_damping;                  ///< resolved from damping
+    std::vector<Damping> damping_of_stages;    ///< resolved from stages
     std::vector<Material> resolved_materials;  ///< resolved from materials
 };
 

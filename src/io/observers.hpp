@@ -52,6 +52,7 @@ class KeepCheckpoints : public Observer<D> {
     {
         Written w = writer_.written();
         w.step    = sim.state().n;
+        w.stage   = sim.state().stage;
         if (const Watch<D>* watch = sim.watch()) w.watched.assign(watch->energies().begin(), watch->energies().end());
         return w;
     }

@@ -26,7 +26,8 @@ std::vector<std::string> table_files(const CaseInput& input);
 
 /// How much of the files of a run was written.
 struct Written {
-    std::int64_t step = 0;                      ///< of the state
+    std::int64_t step  = 0;                     ///< of the state
+    std::int64_t stage = 0;                     ///< of the run
     std::vector<double> frames;                 ///< their times, s
     std::vector<std::int32_t> grid_frames;      ///< numbers of frames that include the grid
     std::vector<std::uint64_t> table_sizes;     ///< of table_files(), bytes

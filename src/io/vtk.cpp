@@ -245,9 +245,11 @@ class ParticleFile {
   private:
     void find_order()
     {
-        std::vector<int> all(static_cast<std::size_t>(p_.count));
+        const int end = p_.count > 0 ? *std::max_element(p_.id.begin(), p_.id.end()) + 1 : 0;
+        std::vector<int> all(static_cast<std::size_t>(end), -1);  // -1: taken out
         parallel_for_each(p_.count, [&](std::ptrdiff_t i) { all[p_.id[i]] = static_cast<int>(i); });
-        for (std::size_t k = 0; k < all.size(); k += static_cast<std::size_t>(style_.every)) order_.push_back(all[k]);
+        for (std::size_t k = 0; k < all.size(); k += static_cast<std::size_t>(style_.every))
+            if (all[k] >= 0) order_.push_back(all[k]);
         first_point_.reserve(order_.size() + 1);
         for (const int i : order_)
             first_point_.push_back(first_point_.back() + (has_domain_ ? static_cast<std::size_t>(corner_count(p_, i)) : 1));

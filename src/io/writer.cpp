@@ -87,7 +87,7 @@ template <int D>
 void Writer<D>::start_files()
 {
     directory_.remove(directory_.files());
-    std::string exchanges;
+    std::string exchanges = input_.stages.empty() ? "" : ",stage,stage_energy";
     for (const Exchanging& one : exchanging_) exchanges += fmt::format(",{0}_force_x,{0}_force_y,{0}_force_z,{0}_work", one.name);
     history_ =
         LineFile(directory_.file("history.csv"),
@@ -95,7 +95,9 @@ void Writer<D>::start_files()
                  "dissipated_energy,"
                  "projection_mass_before,projection_mass_after,projection_momentum_x_before,projection_momentum_y_before,"
                  "projection_momentum_z_before,projection_momentum_x_after,projection_momentum_y_after,"
-                 "projection_momentum_z_after,dropped_pivots,fallback_nodes,boundary_work,traction_work,body_force_work,artificial_viscosity_work" +
+                 "projection_momentum_z_after,dropped_pivots,fallback_nodes,boundary_work,traction_work,body_force_work,"
+                 "artificial_viscosity_work,"
+                 "damped_energy" +
                      exchanges);
     make_probes();
     for (std::size_t k = 0; k < probes_.size(); ++k) {
@@ -170,7 +172,7 @@ void Writer<D>::started(Simulation<D>& sim)
 template <int D>
 void Writer<D>::after_step(Simulation<D>& sim, const StepSize& step)
 {
-    write_if_due(sim.state(), step.dt);
+    write_if_due(sim.state(), step.dt, sim.is_stage_over());
 }
 
 template <int D>
@@ -196,11 +198,11 @@ void Writer<D>::last_frame(State<D>& s)
 }
 
 template <int D>
-void Writer<D>::write_if_due(State<D>& s, double dt)
+void Writer<D>::write_if_due(State<D>& s, double dt, bool is_stage_over)
 {
     if (s.n % input_.output.history_interval == 0) row(s);
     const double interval = *input_.output.interval, next = (std::floor(last_frame_ / interval + 1e-9) + 1) * interval;
-    if (s.t < next - 1e-9 * dt) return;
+    if (s.t < next - 1e-9 * dt && !is_stage_over) return;
     row(s);
     frame(s);
 }
@@ -213,17 +215,19 @@ void Writer<D>::row(State<D>& s)
     const Totals e            = totals(model_, s.particles);
     const ProjectionReport& p = s.projection;
     const Account& a          = s.account;
-    std::string exchanges;
+    std::string exchanges     = input_.stages.empty() ? "" : fmt::format(",{},{}", s.stage, a.staged);
     for (const Exchanging& one : exchanging_) {
         const Exchange& x = (one.is_traction ? a.tractions : a.boundaries)[static_cast<std::size_t>(one.number)];
         exchanges += fmt::format("{},{}", values(x.force), x.work);
     }
-    history_.add(fmt::format("{},{},{}{},{},{},{},{},{},{},{}{}{},{},{},{},{},{},{}{}", s.t, s.dt_prev, e.mass, values(e.momentum),
-                             e.kinetic_energy, e.strain_energy, e.total_energy(), e.potential, e.dissipated, p.mass_before,
-                             p.mass_after, values(p.momentum_before), values(p.momentum_after), p.fit.dropped, p.fit.fallback,
-                             a.boundary_work(), a.traction_work(), a.body_force_work, e.artificial, exchanges));
+    history_.add(fmt::format("{},{},{}{},{},{},{},{},{},{},{}{}{},{},{},{},{},{},{},{}{}", s.t, s.dt_prev, e.mass,
+                             values(e.momentum), e.kinetic_energy, e.strain_energy, e.total_energy(), e.potential, e.dissipated,
+                             p.mass_before, p.mass_after, values(p.momentum_before), values(p.momentum_after), p.fit.dropped,
+                             p.fit.fallback, a.boundary_work(), a.traction_work(), a.body_force_work, e.artificial, a.damped,
+                             exchanges));
     for (std::size_t k = 0; k < bodies_.size(); ++k) {
         const BodyTotals b = totals_of_body(model_, s.particles, static_cast<int>(k));
+        if (b.mass == 0) continue;  // it was taken out
         bodies_[k].add(fmt::format("{},{}{}{}{},{},{},{}", s.t, b.mass, values(b.center), values(b.momentum), values(b.spin),
                                    b.kinetic_energy, b.strain_energy, b.potential));
     }
@@ -238,7 +242,8 @@ void Writer<D>::probe_row(Probe& probe, State<D>& s)
     std::string line      = fmt::format("{}", s.t);
     if (probe.particle >= 0) {
         int i = 0;
-        while (p.id[i] != probe.particle) ++i;
+        while (i < p.count && p.id[i] != probe.particle) ++i;
+        if (i == p.count) return;  // its body was taken out
         line += values(place_in_period(model_, p, i)) + values(displacement(model_, p, i)) + values(p.v[i]);
         for (int a = 0; a < D; ++a)
             for (int b = a; b < D; ++b) line += fmt::format(",{}", p.sigma[i](a, b));

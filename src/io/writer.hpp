@@ -18,7 +18,7 @@ namespace ordo::io {
 /// What [output] says of files of particles.
 FrameStyle style_of(const OutputInput& input);
 
-/// Writes rows and frames when they are due, at the start, at the end and after a failure.
+/// Writes rows and frames when they are due, at the start, at the end of a stage and of the run, and after a failure.
 template <int D>
 class Writer : public Observer<D> {
   public:
@@ -44,7 +44,7 @@ class Writer : public Observer<D> {
         int particle = -1;  ///< id, or -1 for a point
         Vec<D> point{};
     };
-    void write_if_due(State<D>& s, double dt);
+    void write_if_due(State<D>& s, double dt, bool is_stage_over);
     /// Adds a row to the history and to each probe, unless this step has one.
     void row(State<D>& s);
     /// Writes particles (and grid), the PVD, and from time to time the tables, unless this step has a frame.

@@ -67,6 +67,18 @@ Stress<D> initial_stress(const Material& m, const Mat<D>& F)
 }
 
 template <int D>
+bool set_stress(const Material& m, const Mat<D>& F, const Stress<D>& sigma, double* history)
+{
+    const HistoryLayout at = history_layout<D>(m);
+    Stress<D> own          = sigma;
+    for (int k = 0; k < m.branches.count; ++k) {
+        const HenckyStrain<D> e = hencky_strain(read_symmetric<D>(history + at.first_branch + k * Symmetric<D>::size));
+        own += cauchy_of(-2 * m.branches.shear[static_cast<std::size_t>(k)] * e.dev, F);
+    }
+    return m.law->in<D>().set_stress(m, F, own, history);
+}
+
+template <int D>
 Stress<D> update_stress(const Material& m, const Step<D>& step, const Stress<D>& sigma, double* history, double& fault)
 {
     const HistoryLayout at = history_layout<D>(m);
@@ -108,6 +120,7 @@ Stiffness stiffness(const Material& m, const Mat<D>& F, const double* history)
 #define ORDO_RESPONSE(D)                                                                                                     \
     template void start_history(const Material&, const Mat<D>&, double*);                                                    \
     template Stress<D> initial_stress(const Material&, const Mat<D>&);                                                       \
+    template bool set_stress(const Material&, const Mat<D>&, const Stress<D>&, double*);                                     \
     template Stress<D> update_stress(const Material&, const Step<D>&, const Stress<D>&, double*, double&);                   \
     template double stored_energy(const Material&, const Mat<D>&, const Stress<D>&, const double&, const double&,            \
                                   const double*);                                                                            \

@@ -55,6 +55,15 @@ void start_history(const Material& m, const Mat<D>& F, double* history);
 /// The initial stress at a deformation F, Pa.
 template <int D>
 Stress<D> initial_stress(const Material& m, const Mat<D>& F);
+/// Whether a stress may be given at the same F, see set_stress.
+template <int D>
+bool can_have_stress(const Material& m)
+{
+    return m.law->in<D>().set_stress != nullptr;
+}
+/// Changes the history of the law so that law and branches together have the stress sigma, Pa, at F; false if the law cannot.
+template <int D>
+bool set_stress(const Material& m, const Mat<D>& F, const Stress<D>& sigma, double* history);
 /// The stress after a step of one particle, see LawFunctions::update.
 template <int D>
 Stress<D> update_stress(const Material& m, const Step<D>& step, const Stress<D>& sigma, double* history, double& fault);

@@ -21,6 +21,12 @@ struct CamClayElasticity {
     {
         return T(2 * shear) * e.dev + isotropic<D>(-1.0 * pressure(e.theta));
     }
+    /// The elastic strain of a Kirchhoff stress in compression.
+    template <int D>
+    HenckyStrain<D> strain(const Symmetric<D>& tau) const
+    {
+        return {-kappa * std::log(-trace(tau) / (3 * reference)), deviator(tau) * (1 / (2 * shear))};
+    }
     template <int D, class T>
     ORDO_FLAT T energy(const HenckyStrain<D, T>& e) const
     {

@@ -37,6 +37,12 @@ struct HenckyElasticity {
     {
         return T(2 * shear) * e.dev + isotropic<D>(T(bulk) * e.theta);
     }
+    /// The elastic strain of a Kirchhoff stress.
+    template <int D>
+    HenckyStrain<D> strain(const Symmetric<D>& tau) const
+    {
+        return {trace(tau) / (3 * bulk), deviator(tau) * (1 / (2 * shear))};
+    }
     template <int D, class T>
     ORDO_FLAT T energy(const HenckyStrain<D, T>& e) const
     {

@@ -53,6 +53,28 @@ Stress<D> update_of(const Material& m, const Step<D>& step, const Stress<D>& sig
         return law.update(step, sigma, history);
 }
 
+/// An inelastic law with an elasticity that finds the strain of a stress, and b_e from column kB on.
+template <class L>
+concept CarriesElasticStrain = Inelastic<L> && requires(const L law, const Symmetric<1>& tau)
+{
+    {
+        law.elastic.strain(tau)
+        } -> std::same_as<HenckyStrain<1>>;
+    L::kB;
+};
+
+/// b_e = exp(2 eps) with the elastic strain eps of tau = J sigma.
+template <class L, int D>
+bool set_stress_of(const Material& m, const Mat<D>& F, const Stress<D>& sigma, double* history)
+{
+    constexpr double tolerance =
+        1e-9;  // of the stress: round-off of strains far below 1 at stresses above this part of the moduli
+    const L law = L::of(m);
+    write_symmetric(stretched(law.elastic.strain(sigma * det(F))), history + L::kB);
+    const Stress<D> error = law.stress(F, history) + sigma * -1.0;
+    return square(error) <= tolerance * tolerance * square(sigma) + 1e-24 * m.p_wave_modulus() * m.p_wave_modulus();
+}
+
 template <class L, int D>
 LawFunctions<D> functions_of()
 {
@@ -67,6 +89,10 @@ LawFunctions<D> functions_of()
             r.stress_rate = [](const Material& m, const Stress<D>& sigma, const Mat<D>& gradient) {
                 return L::of(m).rate(sigma, gradient);
             };
+        if constexpr (CarriesElasticStrain<L>)
+            r.set_stress = set_stress_of<L, D>;
+        else if constexpr (Incremental<L>)
+            r.set_stress = [](const Material&, const Mat<D>&, const Stress<D>&, double*) { return true; };
         if constexpr (ChangesStiffness<L>)
             r.stiffness = [](const Material& m, const Mat<D>& F, const double* history) {
                 return L::of(m).stiffness(F, history);

@@ -121,6 +121,9 @@ struct LawFunctions {
     Stress<D> (*initial_stress)(const Material&, const Mat<D>& F) = nullptr;
     /// Sets the history at the start, at a deformation F.
     void (*start)(const Material&, const Mat<D>& F, double* history) = nullptr;
+    /// Sets the history at a deformation F to that of a given stress, Pa, without plastic flow. Returns whether the elasticity of
+    /// the law can have it. Null where stress is a function of F.
+    bool (*set_stress)(const Material&, const Mat<D>& F, const Stress<D>& sigma, double* history) = nullptr;
     /// The stress, Pa, after a step of one particle that had stress sigma, and its history. `fault` becomes positive where the
     /// equations of the law were not solved.
     Stress<D> (*update)(const Material&, const Step<D>& step, const Stress<D>& sigma, double* history, double& fault) = nullptr;

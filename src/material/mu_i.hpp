@@ -14,6 +14,11 @@ struct GrainElasticity {
     {
         return choose(e.theta, T(0.0), T(2 * shear)) * e.dev + isotropic<D>(T(bulk) * smaller(e.theta, T(0.0)));
     }
+    template <int D>
+    HenckyStrain<D> strain(const Symmetric<D>& tau) const
+    {
+        return HenckyElasticity{bulk, shear}.strain(tau);
+    }
     template <int D, class T>
     ORDO_FLAT T energy(const HenckyStrain<D, T>& e) const
     {

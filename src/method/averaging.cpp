@@ -53,7 +53,7 @@ template <int D>
 void find_force_stress(const MethodSpec& method, State<D>& s)
 {
     prepare(s);
-    if (s.force_stress.empty()) s.force_stress = Array<Stress<D>>(s.particles.x.size());
+    if (s.force_stress.size() != s.particles.x.size()) s.force_stress = Array<Stress<D>>(s.particles.x.size());
     const ParticleView<D> p = s.particles.view();
     double* mean            = s.averages.u.data();
     parallel_for_each(p.count, [&](std::ptrdiff_t i) {

@@ -5,6 +5,7 @@
 #include "method/external_work.hpp"
 #include "method/layout.hpp"
 #include "method/place.hpp"
+#include "method/step_damping.hpp"
 #include "method/stress_update.hpp"
 #include "method/tables.hpp"
 
@@ -107,14 +108,33 @@ void Scheme<D>::step(State<D>& s, double dt) const
     ORDO_EXPECT(dt > 0);
     arrange(s);
     s.projection.fit = {};
+    const StepDamping<D> damping(model_, s);
     if (s.account.is_wanted)
         take_accounted_step(s, dt);
     else
         take_step(s, dt);
+    damping.apply(s, dt);
     s.dt_prev = dt;
     ++s.n;
     s.field.mass.is_formed = false;   // particles have moved
     require_sound(model_.method, s);  // only here: in the last output, time and particles must match
+}
+
+template <int D>
+void Scheme<D>::begin(const Stage<D>& stage, int number, State<D>& s)
+{
+    begin_stage(stage, number, model_, s);
+    sort_particles(model_, s);
+}
+
+template <int D>
+void Scheme<D>::prepare(const std::vector<Stage<D>>& stages, int number, State<D>& s)
+{
+    for (; s.stage < number; ++s.stage) {
+        const Stage<D>& next = stages.at(static_cast<std::size_t>(s.stage) + 1);
+        remove_bodies(next, model_, s);
+        put_in_force(next, model_);
+    }
 }
 
 template <int D>

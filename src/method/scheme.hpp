@@ -2,12 +2,13 @@
 // fits splines.
 #pragma once
 
+#include "method/stage.hpp"
 #include "method/stage_times.hpp"
 #include "method/state.hpp"
 
 namespace ordo {
 
-/// A method applied to a model. Owns the model, which must not change.
+/// A method applied to a model. Owns the model, which changes with the stages of a run only.
 template <int D>
 class Scheme {
   public:
@@ -17,7 +18,8 @@ class Scheme {
     const Model<D>& model() const { return model_; }
 
     /// The state of undeformed particles: sets half-edges, stresses and reach, and sorts the particles. `particles` has x, v,
-    /// m, V0, body, material and, if the method needs them, half0 or edges0.
+    /// m, V0, body, material and, if the method needs them, half0 or edges0; sigma, if not zero, is the initial stress where the
+    /// law can have it (LawFunctions::set_stress).
     State<D> start(Particles<D> particles) const;
 
     /// The state of deformed particles: `particles` also has X and F; F determines volumes, stresses and domains. Rate laws
@@ -31,6 +33,11 @@ class Scheme {
     /// One step of size dt. If a particle fails, throws NumericalError with step, time, particle and quantity; the state is
     /// then that after the failed step and can still be written.
     void step(State<D>& s, double dt) const;
+
+    /// Begins stage `number` of a run, see method/stage.hpp.
+    void begin(const Stage<D>& stage, int number, State<D>& s);
+    /// Makes an initial state one of stage `number` in the numbers of its particles and walls, for a restart that reads the rest.
+    void prepare(const std::vector<Stage<D>>& stages, int number, State<D>& s);
 
     /// From now on adds the time of each stage to `times`; null stops this.
     void measure(StageTimes* times) { times_ = times; }

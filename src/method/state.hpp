@@ -1,9 +1,10 @@
-// The state that steps change, and the model, which is fixed during a run.
+// The state that steps change, and the model, which is fixed during a stage of a run.
 #pragma once
 
 #include "base/field.hpp"
 #include "kernels/sweep.hpp"
 #include "material/branches.hpp"
+#include "method/damping.hpp"
 #include "method/node_field.hpp"
 #include "method/spec.hpp"
 #include "method/tractions.hpp"
@@ -14,6 +15,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <vector>
 
 namespace ordo {
@@ -22,7 +24,7 @@ namespace ordo {
 template <int D>
 using BodyForceKernel = std::function<void(const ParticleView<D>&, std::ptrdiff_t begin, std::ptrdiff_t end, double t)>;
 
-/// The user's set-up, fixed during the run.
+/// The user's set-up, fixed during a stage of the run.
 template <int D>
 struct Model {
     MethodSpec method;
@@ -40,6 +42,8 @@ struct Model {
     /// negative inside and zero on the free surface.
     std::vector<LevelSet<D>> surface;
     Vec<D> gravity{};
+    Damping damping{};
+    double residual = 0.0;  ///< up to which State::residual is measured; 0: not
 
     /// The position of a face of the grid, m.
     double face(int axis, bool above) const { return origin[axis] + (above ? cells[axis] * h[axis] : 0.0); }
@@ -94,6 +98,8 @@ struct Account {
     std::vector<Exchange> boundaries;  ///< by Condition::boundary and Wall::boundary
     std::vector<Exchange> tractions;
     double body_force_work = 0.0;  ///< taken by body forces since the start, J
+    double damped          = 0.0;  ///< taken by damping since the start, J; always computed
+    double staged          = 0.0;  ///< left with what stages changed at their starts, gravity and heat included, J
 
     static double work_of(const std::vector<Exchange>& all)
     {
@@ -148,6 +154,10 @@ struct State {
     std::vector<Vec<D>> wall_shifts;  ///< how far each wall has moved since t = 0, m
 
     TileReport fault;  ///< the first fault of the step, if any
+
+    int stage             = 0;                                        ///< of the run
+    double kinetic_energy = 0.0;                                      ///< after the last step, J; if velocities are damped
+    double residual       = std::numeric_limits<double>::infinity();  ///< of the last step, see docs/stages.md; if it is measured
 
     double t       = 0.0;  ///< time of positions, s
     double t_rest  = 0.0;  ///< rounding error of t (Kahan 1965), so that n steps add up to n dt

@@ -63,9 +63,10 @@ void start_stresses(const std::vector<Material>& materials, Particles<D>& p)
 {
     for (int i = 0; i < p.count; ++i) {
         const Material& m = materials[p.material[i]];
-        p.sigma[i]        = initial_stress(m, p.F[i]);
         double history[Material::most_history];
         start_history(m, p.F[i], history);
+        const bool is_given = !(p.sigma[i] == Stress<D>{}) && can_have_stress<D>(m) && set_stress(m, p.F[i], p.sigma[i], history);
+        if (!is_given) p.sigma[i] = initial_stress(m, p.F[i]);
         int k = 0;
         for (const HistoryColumn& c : history_of(m, D)) p.history[p.history_column(c.name)][i] = history[k++];
     }

@@ -39,7 +39,7 @@ class StressUpdate {
     bool needs_increments_ = false;
 };
 
-/// Sets the initial stress and history of particles from F.
+/// Sets the initial history of particles, and their stress from F, except where they have one already and their law can have it.
 template <int D>
 void start_stresses(const std::vector<Material>& materials, Particles<D>& particles);
 

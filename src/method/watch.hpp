@@ -18,8 +18,8 @@ struct WatchSpec {
 
     std::array<bool, count> is_fatal{true, false, false, false};
     /// By how much energy may grow that nothing has given, as a fraction of all energy that was there or was exchanged: kinetic and
-    /// strain energy at the start, and the largest changes since by gravity, dissipation, boundaries, tractions and body forces. Energies of strains
-    /// below 1e-6 do not count: what is left of them may be round-off.
+    /// strain energy at the start, and the largest changes since by gravity, dissipation, boundaries, tractions, body forces, damping and changes between stages. Energies of
+    /// strains below 1e-6 do not count: what is left of them may be round-off.
     double energy_growth = 1.0;
 };
 
@@ -44,8 +44,8 @@ class Watch {
     const std::array<long, WatchSpec::count>& found() const { return found_; }
 
     /// For restarts, J: energy and gravitational energy at the start, then the largest exchanges since by gravity, materials
-    /// (dissipation), boundaries, tractions and body forces.
-    const std::array<double, 7>& energies() const { return energies_; }
+    /// (dissipation), boundaries, tractions, body forces, damping and changes between stages.
+    const std::array<double, 9>& energies() const { return energies_; }
 
   private:
     void find_least(const Particles<D>& p);
@@ -58,7 +58,7 @@ class Watch {
     const Model<D>& model_;
     WatchSpec spec_;
     std::function<void(const std::string&)> warn_;
-    std::array<double, 7> energies_{};
+    std::array<double, 9> energies_{};
     double least_ = 0.0;  ///< energies below it do not count, J
     std::array<long, WatchSpec::count> found_{};
 };

@@ -3,12 +3,14 @@
 #include "method/planting.hpp"
 #include "method/tables.hpp"
 #include "setup/conditions.hpp"
+#include "setup/initial_stress.hpp"
 #include "setup/inside.hpp"
 #include "setup/loads.hpp"
 #include "setup/notes.hpp"
 #include "setup/overlap.hpp"
 #include "setup/schemes.hpp"
 #include "setup/seeding.hpp"
+#include "setup/stages.hpp"
 #include "setup/time_step.hpp"
 #include "setup/true_shape.hpp"
 
@@ -50,6 +52,15 @@ void require_bodies(CaseSpec<D>& spec)
     }
 }
 
+void require_damping(const Damping& d)
+{
+    auto fail = [](const char* key, const std::string& why) { throw SetupError(Part::damping, 0, key, why); };
+    if (d.type == DampingType::local && !(d.factor > 0 && d.factor <= 1))
+        fail("factor", fmt::format("must be above 0 and at most 1 (got {})", d.factor));
+    if (d.type == DampingType::viscous && !(d.rate > 0 && std::isfinite(d.rate)))
+        fail("rate", fmt::format("must be positive (got {})", d.rate));
+}
+
 /// The model without loaded faces and free surface, which need the bodies.
 template <int D>
 Model<D> model_of(const CaseSpec<D>& spec)
@@ -58,6 +69,7 @@ Model<D> model_of(const CaseSpec<D>& spec)
     model.method  = spec.method;
     model.origin  = spec.origin;
     model.gravity = spec.gravity;
+    model.damping = spec.damping;
     for (int a = 0; a < D; ++a) {
         model.cells[a] = static_cast<int>(std::lround(spec.size[a] / spec.spacing[a]));
         model.h[a]     = spec.size[a] / model.cells[a];
@@ -157,6 +169,21 @@ void make_volume_true(const BodySpec<D>& b, int k, const Seeded<D>& seeded, cons
     }
 }
 
+/// The largest height of a body against gravity, m; for those with k0.
+template <int D>
+double top_of(const CaseSpec<D>& spec, int k, const Seeded<D>& seeded)
+{
+    if (!spec.bodies[k].stress.k0) return 0.0;
+    const Vertical up = vertical_of(spec, k);
+    double top        = -HUGE_VAL;
+    auto reach        = [&](const std::vector<Vec<D>>& corners) {
+        for (const Vec<D>& x : corners) top = std::max(top, up.sign * x[up.axis]);
+    };
+    for (int i = seeded.first[k]; i < seeded.first[k + 1]; ++i)
+        reach(seeded.meshes.empty() ? corners_of(seeded.seeds[i]) : corners_of(seeded.meshes[k], i - seeded.first[k]));
+    return top;
+}
+
 template <int D>
 BodyReport report_on(const BodySpec<D>& b, int begin, int end, const Particles<D>& p)
 {
@@ -213,7 +240,14 @@ Built<D> build(CaseSpec<D> spec, double most_particles)
     require_materials(spec);
     require_bodies(spec);
     require_faces(spec.tractions, spec.bodies);
-    Model<D> model         = model_of(spec);
+    require_damping(spec.damping);
+    for (const StageSpec& stage : spec.stages) require_damping(stage.damping);
+    Model<D> model               = model_of(spec);
+    std::vector<Stage<D>> stages = stages_of(spec, model);
+    if (!stages.empty()) {
+        spec.time.end = stages.back().end;
+        put_in_force(stages.front(), model);
+    }
     const Seeded<D> seeded = seed_bodies(spec, model, most_particles);
     require_apart(spec.bodies, seeded.seeds, seeded.body_of, model);
 
@@ -224,13 +258,14 @@ Built<D> build(CaseSpec<D> spec, double most_particles)
         const int k = static_cast<int>(n);
         plant_body(spec.bodies[n], k, seeded, model, p);
         make_volume_true(spec.bodies[n], k, seeded, model.method, p);
+        set_initial_stress(spec, k, top_of(spec, k, seeded), seeded.first[n], seeded.first[n + 1], p);
         bodies.push_back(report_on(spec.bodies[n], seeded.first[n], seeded.first[n + 1], p));
         if (!spec.tractions.empty()) load_faces(spec.tractions, spec.bodies[n], k, seeded.meshes[n], seeded.first[n], model, p);
     }
     if (has_enrichment(model.method)) set_up_enrichment(model, p);
     set_up_scheme(spec, model, p.count);
     require_stable(spec.time, model, p);
-    return {std::move(model), std::move(p), spec.time, std::move(bodies), std::move(notes)};
+    return {std::move(model), std::move(p), spec.time, std::move(stages), std::move(bodies), std::move(notes)};
 }
 
 template Built<1> build(CaseSpec<1>, double);

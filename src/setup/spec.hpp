@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/error.hpp"
+#include "method/stage.hpp"
 #include "method/state.hpp"
 #include "particles/seeding.hpp"
 
@@ -15,7 +16,7 @@
 
 namespace ordo::setup {
 
-enum class Part { grid, method, time, material, boundary, traction, body };
+enum class Part { grid, method, time, damping, material, boundary, traction, body, stage };
 
 /// What is wrong with a case, in which part and key. For programs the message begins with "body[1].shape: .."; io replaces this
 /// by the place in the file.
@@ -50,6 +51,17 @@ struct MeshShape {
 template <int D>
 using BodyShape = std::variant<Bounds<D>, Ball<D>, TubeShape<D>, std::vector<Seed<D>>, MeshShape<D>>;
 
+/// The stress of a body at the start: along the axis of gravity the weight above, across it k0 times that; or the same everywhere.
+struct InitialStress {
+    std::optional<double> k0{};  ///< lateral over vertical stress
+    std::optional<double>
+        surface{};            ///< coordinate of the ground above along the axis of gravity, m; by default the top of the body
+    double overburden = 0.0;  ///< vertical pressure there, Pa
+    std::optional<Vec<3>> uniform{};  ///< xx, yy, zz, Pa
+
+    bool is_given() const { return k0 || uniform; }
+};
+
 template <int D>
 struct BodySpec {
     BodyShape<D> shape;
@@ -60,6 +72,7 @@ struct BodySpec {
     bool keeps_lattice_volumes  = false;  ///< of round bodies: particles on their faces have the volumes of whole sub-cells
     VectorField<D> velocity{};            ///< at the start, m/s
     VectorField<D> body_force{};          ///< per mass, in addition to gravity, m/s^2
+    InitialStress stress{};
 };
 
 enum class FaceType { fixed, symmetry, velocity, displacement, wall, periodic, free };
@@ -84,6 +97,7 @@ struct BoundarySpec {
     double friction = 0.0;                        ///< Coulomb's coefficient of a wall
     std::optional<Region<D>> region{};
     std::optional<int> body{};
+    std::vector<int> stages{};  ///< in which it acts; none: in all
 
     bool is_on_plane() const { return !normal && !region && !body; }
 };
@@ -104,6 +118,21 @@ struct TractionSpec {
     int body                    = 0;
     std::vector<BodyFace> faces = {BodyFace{}};
     Traction<D> traction{};
+    std::vector<int> stages{};  ///< in which it acts; none: in all
+};
+
+/// A part of the run.
+struct StageSpec {
+    /// A body and its new material.
+    struct Change {
+        int body, material;
+    };
+    std::string name{};                ///< for messages
+    double duration = 0.0;             ///< at most, s
+    std::optional<double> residual{};  ///< at which it ends earlier, see method/equilibrium.hpp
+    Damping damping{};
+    std::vector<Change> materials{};  ///< at its start
+    std::vector<int> removed{};       ///< bodies taken out at its start
 };
 
 struct TimeSpec {
@@ -123,6 +152,8 @@ struct CaseSpec {
     std::vector<BoundarySpec<D>> boundaries{};
     std::vector<TractionSpec<D>> tractions{};
     TimeSpec time{};
+    Damping damping{};                ///< without stages
+    std::vector<StageSpec> stages{};  ///< one after another; none: the run is one
 };
 
 /// Such as "x-min".
@@ -142,6 +173,7 @@ struct Built {
     Model<D> model;
     Particles<D> particles;
     TimeSpec time;
+    std::vector<Stage<D>> stages;
     std::vector<BodyReport> bodies;
     std::vector<std::string> notes;  ///< what a user may not expect
 };

@@ -3,6 +3,7 @@
 #include "setup/schemes.hpp"
 #include "setup/time_step.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace ordo {
@@ -19,11 +20,13 @@ Simulation<D>::Simulation(setup::Built<D> built, const WatchSpec& watch, Warn wa
     : scheme_(make_scheme(std::move(built.model))),
       state_(scheme_->start(std::move(built.particles))),
       time_(built.time),
+      stages_(std::move(built.stages)),
       bodies_(std::move(built.bodies)),
       notes_(std::move(built.notes))
 {
     if (!warn) warn = [](const std::string&) {};
     state_.account.is_wanted = true;
+    if (!stages_.empty()) state_.account.boundaries.resize(boundary_count(stages_));
     watch_.emplace(scheme_->model(), watch, std::move(warn));
     watch_->start(state_);
 }
@@ -47,24 +50,56 @@ void Simulation<D>::begin()
 }
 
 template <int D>
+bool Simulation<D>::is_stage_over() const
+{
+    if (stages_.empty()) return false;
+    const Stage<D>& stage = stages_[static_cast<std::size_t>(state_.stage)];
+    return is_at(stage.end) || (stage.residual > 0 && state_.residual <= stage.residual);
+}
+
+template <int D>
+void Simulation<D>::begin_stage_if_due()
+{
+    if (is_in_last_stage() || !is_stage_over()) return;
+    const int next = state_.stage + 1;
+    scheme_->begin(stages_[static_cast<std::size_t>(next)], next, state_);
+}
+
+/// A step, and what must hold after it.
+template <int D>
+void Simulation<D>::take(double dt)
+{
+    if (watch_ && time_.dt) watch_->before_step(state_, dt);
+    scheme_->step(state_, dt);
+    if (watch_) watch_->after_step(state_);
+    if (!stages_.empty()) require_rest(stages_[static_cast<std::size_t>(state_.stage)], state_, is_stage_over());
+}
+
+template <int D>
 void Simulation<D>::step_towards(double t)
 {
-    double dt         = setup::time_step(time_, model(), state_.particles);
-    const double left = t - state_.t;
-    is_cut_           = left < dt * (1 - kRounding);
-    if (is_cut_) dt = left;
-    const StepSize size{dt, is_cut_};
-    for (Observer<D>* o : observers_) o->before_step(*this, size);
     try {
-        if (watch_ && time_.dt) watch_->before_step(state_, dt);
-        scheme_->step(state_, dt);
-        if (watch_) watch_->after_step(state_);
+        begin_stage_if_due();
     } catch (const NumericalError& e) {
         for (Observer<D>* o : observers_) o->failed(*this, e);
         throw;
     }
-    if (is_cut_) {
-        state_.t      = t;
+    const double end   = is_in_last_stage() ? t : std::min(t, stages_[static_cast<std::size_t>(state_.stage)].end);
+    double dt          = setup::time_step(time_, model(), state_.particles);
+    const double left  = end - state_.t;
+    const bool is_less = left < dt * (1 - kRounding);
+    if (is_less) dt = left;
+    is_cut_ = is_less && end == t;  // every run makes the last step of a stage that another one follows
+    const StepSize size{dt, is_cut_};
+    for (Observer<D>* o : observers_) o->before_step(*this, size);
+    try {
+        take(dt);
+    } catch (const NumericalError& e) {
+        for (Observer<D>* o : observers_) o->failed(*this, e);
+        throw;
+    }
+    if (is_less) {
+        state_.t      = end;
         state_.t_rest = 0;
     }
     for (Observer<D>* o : observers_) o->after_step(*this, size);
@@ -82,7 +117,7 @@ template <int D>
 void Simulation<D>::advance(double t, const Stop& stop)
 {
     begin();
-    while (!is_at(t) && !(stop && stop())) step_towards(t);
+    while (!is_at(t) && !(!stages_.empty() && is_complete()) && !(stop && stop())) step_towards(t);
 }
 
 template <int D>

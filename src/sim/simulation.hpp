@@ -38,6 +38,8 @@ class Simulation {
     State<D>& state() { return state_; }
     const State<D>& state() const { return state_; }
     const setup::TimeSpec& time() const { return time_; }
+    /// One after another; none if the run is one.
+    const std::vector<Stage<D>>& stages() const { return stages_; }
     /// Of the start; empty for a simulation from a state.
     const std::vector<setup::BodyReport>& bodies() const { return bodies_; }
     /// What a user of the case may not expect; empty for a simulation from a state.
@@ -48,26 +50,34 @@ class Simulation {
     /// The observer must outlive the simulation's steps.
     void add(Observer<D>& observer) { observers_.push_back(&observer); }
 
-    /// One step, shortened at the end of the case. Throws NumericalError after notifying observers.
+    /// One step, shortened at the end of a stage and of the case. Throws NumericalError after notifying observers.
     void step();
+    /// Before a restart reads the state: arranges the initial one as one of stage `number`.
+    void prepare_stage(int number) { scheme_->prepare(stages_, number, state_); }
     /// Steps to time t, s; the last step is shortened to end there. Stops earlier if stop() is true after a step.
     void advance(double t, const Stop& stop = {});
     /// Steps to the end of the case, or until stop() is true, and tells observers that the run has ended.
     void run(const Stop& stop = {});
 
     /// Whether the end of the case is reached.
-    bool is_complete() const { return is_at(time_.end); }
+    bool is_complete() const { return is_in_last_stage() && (is_stage_over() || is_at(time_.end)); }
+    /// Whether the stage has ended, by its time or its residual; the next step begins the next one.
+    bool is_stage_over() const;
     /// Whether the last step was shortened to end at a given time.
     bool is_cut() const { return is_cut_; }
 
   private:
     bool is_at(double t) const;
+    bool is_in_last_stage() const { return state_.stage + 1 >= static_cast<int>(stages_.size()); }
     void begin();
+    void begin_stage_if_due();
+    void take(double dt);
     void step_towards(double t);
 
     std::unique_ptr<Scheme<D>> scheme_;
     State<D> state_;
     setup::TimeSpec time_;
+    std::vector<Stage<D>> stages_;
     std::vector<setup::BodyReport> bodies_;
     std::vector<std::string> notes_;
     std::optional<Watch<D>> watch_;

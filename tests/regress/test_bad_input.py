@@ -49,6 +49,14 @@ BOXES = body("shape = 'box'\nlower = 0.0\nupper = 0.5\n[[body]]\nmaterial = 'rub
 WALLS = "[[boundary]]\nface = ['x-min', 'x-max', 'y-min', 'y-max']\ntype = 'fixed'\n"
 
 
+def stages(*others, first="duration = 0.005"):
+    """Two stages as long as the case, with more lines in the second."""
+    return f"[[stage]]\nname = 'rest'\n{first}\n[[stage]]\nname = 'dig'\nduration = 0.005\n" + "".join(line + "\n" for line in others)
+
+
+FALLING = ("[grid]", "gravity = [0, -1]\n[grid]")
+
+
 def law(model, *lines):
     """The model and its parameters in the place of the elastic material."""
     return (ELASTIC, "model = '" + model + "'\n" + ELASTIC + "".join(line + "\n" for line in lines))
@@ -373,6 +381,51 @@ CASE_FAULTS = [
     ("name of a column", [boundary("name = @'boundary'\nface = 'x-min'\ntype = 'fixed'\n")], "boundary[0].name", "is taken"),
     ("two boundaries of a name", [boundary("name = 'a'\nface = 'x-min'\ntype = 'fixed'\n"), boundary("name = @'a'\nface = 'x-max'\ntype = 'fixed'\n")], "boundary[1].name", "names must differ"),
     ("negative growth", ["[watch]\nenergy_growth = @-1\n"], "watch.energy_growth", "must be zero or positive"),
+    # damping
+    ("unknown damping", ["[damping]\ntype = @'viscus'\n"], "damping.type", 'Did you mean "viscous"?'),
+    ("local damping without a factor", ["[damping]\ntype = @'local'\n"], "damping.type", '"local" needs factor'),
+    ("viscous damping without a rate", ["[damping]\ntype = @'viscous'\n"], "damping.type", '"viscous" needs rate'),
+    ("factor of viscous damping", ["[damping]\ntype = 'viscous'\nrate = 1\nfactor = @0.7\n"], "damping.factor", 'is of damping "local", not "viscous"; remove it'),
+    ("rate without damping", ["[damping]\nrate = @1\n"], "damping.rate", 'is of damping "viscous", not "none"; remove it'),
+    ("factor above one", ["[damping]\ntype = 'local'\nfactor = @1.1\n"], "damping.factor", "at most 1"),
+    ("no factor at all", ["[damping]\ntype = 'local'\nfactor = @0\n"], "damping.factor", "must be above 0"),
+    # stress at the start
+    ("k0 of a law of F", [FALLING, "k0 = @0.5\n"], "body[0].k0", "neo-hookean is a function of F: use one that"),
+    ("k0 without gravity", [law("j2", "yield = 1"), "k0 = @0.5\n"], "body[0].k0", "needs gravity along one axis"),
+    ("k0 under gravity along two axes", [("[grid]", "gravity = [1, -1]\n[grid]"), law("j2", "yield = 1"), "k0 = @0.5\n"], "body[0].k0", "needs gravity along one axis"),
+    ("surface below the body", [FALLING, law("j2", "yield = 1e5"), "k0 = 0.5\nsurface = @0.5\n"], "body[0].surface", "lies below the particle at"),
+    ("k0 beyond the yield stress", [FALLING, law("j2", "yield = 1"), "k0 = @0.5\n"], "body[0].k0", "outside the yield surface of j2"),
+    ("tension of clay", [clay(), "initial_stress = @[1, 1, 1]\n"], "body[0].initial_stress", "which the elasticity of cam-clay cannot have"),
+    ("clay beyond its preconsolidation", [clay(), "initial_stress = @[-15, -15, -15]\n"], "body[0].initial_stress", "outside the yield surface of cam-clay"),
+    ("k0 and a stress", [FALLING, law("j2", "yield = 1"), "k0 = 0.5\ninitial_stress = @[1, 1, 1]\n"], "body[0].initial_stress", "excludes k0"),
+    ("a stress of two numbers", [law("j2", "yield = 9"), "initial_stress = @[1, 1]\n"], "body[0].initial_stress", "must be three numbers"),
+    ("surface without k0", ["surface = @1.0\n"], "body[0].surface", "needs k0"),
+    ("negative overburden", [FALLING, law("j2", "yield = 1e5"), "k0 = 0.5\noverburden = @-1\n"], "body[0].overburden", "zero or positive"),
+    # stages
+    ("stage without a name", ["@[[stage]]\nduration = 0.01\n"], "stage[0].name", "is missing"),
+    ("stage without a duration", ["@[[stage]]\nname = 'rest'\n"], "stage[0].duration", "is missing"),
+    ("two stages of a name", [stages(), "[[stage]]\nname = @'dig'\nduration = 1\n"], "stage[2].name", "names must differ"),
+    ("another end than that of the stages", [("end = 0.01", "end = @0.02"), stages()], "time.end", "the sum of the durations of the stages, 0.01"),
+    ("no end and no stages", [("[time]", "@[time]"), ("end = 0.01\n", "")], "time.end", "is missing"),
+    ("residual without gravity", [stages(first="duration = 0.005\nresidual = @1e-3")], "stage[0].residual", "give the duration alone"),
+    ("residual of one", [stages(first="duration = 0.005\nresidual = @1")], "stage[0].residual", "below 1"),
+    ("damping of a stage without its factor", [stages("damping = @'local'")], "stage[1].damping", '"local" needs factor'),
+    ("factor of a stage without damping", [stages("factor = @0.7")], "stage[1].factor", 'is of damping "local", not "none"'),
+    ("removal of no body", [stages("remove = @['bdy 0']")], "stage[1].remove", 'Did you mean "body 0"?'),
+    ("removal of the last body", [stages("remove = @['body 0']")], "stage[1].remove", "one must stay"),
+    ("removal at the start", [BOXES, stages(first="duration = 0.005\nremove = @['body 0']")], "stage[0].remove", "leave the body out of the case"),
+    ("removal of a body that is gone", [BOXES, stages("remove = ['body 0']"), "[[stage]]\nname = 'more'\nduration = 0.01\nremove = @['body 0']\n", ("end = 0.01", "end = 0.02")], "stage[2].remove", "was taken out before"),
+    ("removal from an enriched method", [("[[material]]", "[method]\npreset = 'fem'\n[[material]]"), BOXES, stages("remove = @['body 0']")], "stage[1].remove", "cannot be with enriched corners"),
+    ("materials that are no table", [stages("materials = @'rubber'")], "stage[1].materials", "must be a table"),
+    ("material of no body", [stages("materials = {bdy = @'rubber'}")], "stage[1].materials.bdy", 'no [[body]] called "bdy"'),
+    ("unknown material of a stage", [stages("materials = {'body 0' = @'ruber'}")], "stage[1].materials.body 0", 'Did you mean "rubber"?'),
+    ("material of another density", [SECOND_MATERIAL.replace('@"rubber"', "'light'"), stages("materials = @{'body 0' = 'light'}")], "stage[1].materials", "give both materials the same"),
+    ("materials at the start", [stages(first="duration = 0.005\nmaterials = @{'body 0' = 'rubber'}")], "stage[0].materials", "give the bodies these materials"),
+    ("boundary of no stage", [boundary("face = 'x-min'\ntype = 'fixed'\nstages = @['dug']\n"), stages()], "boundary[0].stages", 'Did you mean "dig"?'),
+    ("boundary of an empty list of stages", [boundary("face = 'x-min'\ntype = 'fixed'\nstages = @[]\n"), stages()], "boundary[0].stages", "must name at least one"),
+    ("boundary of a stage without stages", [boundary("face = 'x-min'\ntype = 'fixed'\nstages = @['dig']\n")], "boundary[0].stages", "The case has none"),
+    ("periodic axis of a stage", [wall("x-min", "periodic") + "stages = @['dig']\n", stages()], "boundary[0].stages", "remove it"),
+    ("traction of no stage", [traction("body = 'body 0'") + "stages = @['dug']\n", stages()], "traction[0].stages", 'Did you mean "dig"?'),
     # probes and output
     ("probe without a place", ["@[[probe]]\nname = 'tip'\n"], "probe[0].point", "either particle or point"),
     ("probe with two places", ["[[probe]]\nname = 'tip'\nparticle = 0.5\npoint = @0.5\n"], "probe[0].point", "either particle or point"),

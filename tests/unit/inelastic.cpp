@@ -202,5 +202,37 @@ TEST(Inelastic, WorkIsStoredOrDissipated)
     });
 }
 
+/// The elastic state is found again from F and the stress, after any path; stresses beyond the elasticity are refused.
+TEST(Inelastic, FindsTheStateOfAStress)
+{
+    int laws_with_it = 0;
+    for_each_inelastic([&](const LawRow& row, const Material& m) {
+        const LawFunctions<3>& law = row.in<3>();
+        if (!law.set_stress) return;
+        ++laws_with_it;
+        Random random(25);
+        for (int n = 0; n < 20; ++n) {
+            const SmoothPath path = random_path(random, 0.3, 0.3, 0.05);
+            Driven<3> point(m);
+            for (int k = 1; k <= 10; ++k) point.step(to_mat(path.F(0.1 * k)), 0.1);
+            const double size = std::sqrt(square(point.sigma));
+            if (size < 1e-3 * m.mu) continue;  // grains that are apart: many states have no stress
+            auto found = point.history;
+            for (std::size_t k = 0; k < row.history.size(); ++k)
+                if (row.history[k].name.starts_with("elastic")) found[k] = 0.5;
+            ASSERT_TRUE(law.set_stress(m, point.F, point.sigma, found.data()));
+            if (row.name == "johnson-cook") continue;  // with Mie-Gruneisen's pressure the volume of b_e has no stress
+            for (std::size_t k = 0; k < row.history.size(); ++k)
+                EXPECT_NEAR(found[k], point.history[k], 1e-11 * (1 + std::fabs(point.history[k]))) << row.history[k].name;
+        }
+    });
+    EXPECT_EQ(laws_with_it, 6);
+    for (const char* name : {"cam-clay", "mu-i"}) {
+        Driven<3> point(sample_material(name));
+        const Stress<3> tension = isotropic<3>(0.01 * point.material.mu);
+        EXPECT_FALSE(point.functions().set_stress(point.material, point.F, tension, point.history.data())) << name;
+    }
+}
+
 }  // namespace
 }  // namespace ordo::test

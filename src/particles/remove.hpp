@@ -1,0 +1,48 @@
+// Particles that are taken out, with the corners that no other cell has.
+#pragma once
+
+#include "particles/particles.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace ordo {
+
+/// The elements of `field` at the places `kept`, in their order; a field that does not exist stays so.
+template <class T>
+void keep_elements(Array<T>& field, const std::vector<int>& kept)
+{
+    if (field.empty()) return;
+    Array<T> rest(kept.size());
+    for (std::size_t k = 0; k < kept.size(); ++k) rest[k] = field[static_cast<std::size_t>(kept[k])];
+    field = std::move(rest);
+}
+
+/// Takes out the particles for which is_out(i) holds; the others keep their order and their numbers `id`. Not for enriched corners.
+template <int D, class IsOut>
+void remove_particles(Particles<D>& p, const IsOut& is_out)
+{
+    std::vector<int> kept;
+    for (int i = 0; i < p.count; ++i)
+        if (!is_out(i)) kept.push_back(i);
+    p.for_each_field([&](auto& field) { keep_elements(field, kept); });
+    p.count = static_cast<int>(kept.size());
+    if (p.cell.empty()) return;
+
+    std::vector<int> number(p.corner.size(), -1), corners;
+    for (const CornerIds<D>& cell : p.cell)
+        for (int c = 0; c < cell.count(); ++c) number[static_cast<std::size_t>(cell[c])] = 0;
+    for (std::size_t c = 0; c < number.size(); ++c) {
+        if (number[c] < 0) continue;
+        number[c] = static_cast<int>(corners.size());
+        corners.push_back(static_cast<int>(c));
+    }
+    for (CornerIds<D>& cell : p.cell)
+        for (int c = 0; c < cell.count(); ++c) cell[c] = number[static_cast<std::size_t>(cell[c])];
+    keep_elements(p.corner, corners);
+    keep_elements(p.corner_velocity, corners);
+}
+
+}  // namespace ordo
