@@ -19,12 +19,14 @@ draw() {  # NAME, then options of `ordo_figures.py snapshots`
 }
 
 [ $# -gt 0 ] || set -- two-disks wall-rebound two-balls ball-on-wall cantilever vibrating-bar pressure-ring \
-    bimaterial-bar bimaterial-ring bimaterial-sphere touching-bodies oedometer incline strip-footing taylor-bar \
+    bimaterial-bar bimaterial-ring bimaterial-sphere touching-bodies oedometer incline strip-footing vertical-cut granular-column taylor-bar \
     cook-membrane water-column dam-break
 for case in "$@"; do
     case $case in
     touching-bodies) draw "$case" --times 0.0,0.1,0.2 --field velocity ;;
     oedometer) draw "$case" --times 0.0,1.0,2.0 --field stress_yy --curve history.csv:press_force_y ;;
+    vertical-cut) draw "$case" --times 15,20,30 --field plastic_strain --limits 0,0.5 --curve energies ;;
+    granular-column) draw "$case" --times 0.1,0.3,0.6 --field velocity --curve energies ;;
     strip-footing) draw "$case" --times 30,60 --field pressure --limits=-0.002,0.012 --curve history.csv:footing_force_y ;;
     incline) draw "$case" --times 0.0,0.5,1.0 --field velocity --curve energies ;;
     taylor-bar)

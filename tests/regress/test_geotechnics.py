@@ -6,6 +6,7 @@ import unittest
 import numpy
 from harness import frames, particle_data, read_vtk
 from test_cases import run_case
+from vtk.util.numpy_support import vtk_to_numpy
 
 STRENGTH = 0.002  # s_u of cases/strip-footing, Pa
 
@@ -38,6 +39,31 @@ class Footing(unittest.TestCase):
         load, noise = self.load_and_noise(8, "none")
         self.assertGreater(load, 1.5 * (2 + math.pi))
         self.assertGreater(noise, 5)
+
+class Cut(unittest.TestCase):
+    """A vertical cut stands up to gamma H/s_u = 3.78."""
+
+    def slide(self, ratio):
+        _, directory, _ = run_case(self, "vertical-cut", "--set", "grid.spacing=0.125", "--set", f"material.0.yield={math.sqrt(3) / ratio}")
+        return [numpy.abs(particle_data(read_vtk(frame))["displacement"]).max() for _, frame in frames(directory)[-2:]]
+
+    def test_stands_below_and_slides_above(self):
+        before, stands = self.slide(3.6)
+        self.assertLess(stands, 0.035)
+        self.assertLess(abs(stands - before), 0.001)
+        self.assertGreater(self.slide(4.6)[1], 2 * stands)
+
+
+class Column(unittest.TestCase):
+    """The run-out of planar columns, 1.2 a (Lube et al. 2005)."""
+
+    def test_run_out(self):
+        for aspect in (1.0, 1.5):
+            with self.subTest(aspect):
+                _, directory, _ = run_case(self, "granular-column", "--set", f"body.0.upper=[0.1, {0.1 * aspect}]")
+                data = read_vtk(frames(directory)[-1][1])
+                x = vtk_to_numpy(data.GetPoints().GetData())[:, 0]
+                self.assertAlmostEqual((numpy.quantile(x, 0.99) - 0.1) / 0.1 / (1.2 * aspect), 1.0, delta=0.15)
 
 
 if __name__ == "__main__":
