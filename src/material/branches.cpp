@@ -1,7 +1,5 @@
 #include "material/branches.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 
@@ -17,7 +15,8 @@ std::span<const HistoryColumn> columns_of_branch(int k)
         std::array<std::array<std::string, size>, most> r;
         for (std::size_t n = 0; n < most; ++n)
             for (std::size_t c = 0; c < size; ++c)
-                r[n][c] = fmt::format("branch_{}_{}", n + 1, kElasticColumns[c].name.substr(std::string_view("elastic_").size()));
+                r[n][c] = "branch_" + std::to_string(n + 1) + "_" +
+                          std::string(kElasticColumns[c].name.substr(std::string_view("elastic_").size()));
         return r;
     }();
     static const auto columns = [] {

@@ -117,16 +117,12 @@ void Explicit<D>::update_particles(State<D>& s, Lanes* nodes, Lanes* strain, dou
         deform(s, passes_.update_all, nodes, dt);
         return;
     }
-    if (scheme == TimeScheme::usl) {  // the same in parts, because averages need F of all particles
-        if (passes_.keep && !stores_gradient(method())) gather(s, passes_.keep, nodes, dt);
-        gather(s, passes_.update_velocity, nodes, dt);
+    if (scheme != TimeScheme::musl && passes_.keep && !stores_gradient(method())) gather(s, passes_.keep, nodes, dt);
+    gather(s, passes_.update_velocity, nodes, dt);  // v_p <- a_i
+    if (scheme == TimeScheme::usl) {                // the same in parts, because averages need F of all particles
         find_gradients(s, nodes);
         deform(s, passes_.deform, nodes, dt);
-        if (passes_.move) gather(s, passes_.move, nodes, dt);
-        return;
     }
-    if (scheme == TimeScheme::usf && passes_.keep) gather(s, passes_.keep, nodes, dt);
-    gather(s, passes_.update_velocity, nodes, dt);  // v_p <- a_i
     if (scheme == TimeScheme::musl) {
         if (passes_.keep) gather(s, passes_.keep, nodes, dt);
         clear_nodes(s, strain);

@@ -35,7 +35,7 @@ struct Problem {
     bool is_reference = false;                      ///< the solution is computed, and known at 0 and `end` only
     bool is_recorded  = false;                      ///< whether the row gets its tables
 
-    std::function<void(State<D>&)> at_start;  ///< changes the state at the start, such as history and stress
+    std::function<void(State<D>&)> at_start;          ///< changes the state at the start, such as history and stress
     std::function<Vec<D>(const Vec<D>& X)> velocity;  ///< at the start, for `follow` and `watch`, m/s; without it zero
     Observed<D> observed;                             ///< additional columns of the history
     std::function<Named(const State<D>&)> at_end;     ///< additional quantities, from the state at the end

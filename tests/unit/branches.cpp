@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kShear = 300, kTime = 0.4;
 
-Material with_branches(const std::string& law, std::vector<std::string> branches = {"branch_shear=[300]", "branch_time=[0.4]"}, int dim = 3)
+Material with_branches(const std::string& law, std::vector<std::string> branches = {"branch_shear=[300]", "branch_time=[0.4]"},
+                       int dim = 3)
 {
     std::vector<std::string> settings = sample_settings(law);
     settings.insert(settings.end(), branches.begin(), branches.end());
@@ -65,7 +66,7 @@ TEST(Branches, AreSecondOrderAgainstTheirRateEquation)
     double order = 0, worst = 0;
     constexpr int paths = 200;
     for (int n = 0; n < paths; ++n) {
-        const SmoothPath path   = random_path(random, 0.3);
+        const SmoothPath path       = random_path(random, 0.3);
         const Symmetric<3> true_tau = [&] {
             const Mat<3> m = to_mat(branch_by_its_rates(path, 200));
             return make_stress(m, 0.0);
@@ -114,15 +115,16 @@ TEST(Branches, KeepEnergyAndAddUp)
             Random random(9);
             const SmoothPath path = random_path(random, 0.3);
             const int steps       = fine ? 400 : 200;
-            Driven<3> both(with_branches(law, {"branch_shear=[300, 80]", "branch_time=[0.4, 0.05]"})),
-                one(with_branches(law)), other(with_branches(law, {"branch_shear=[80]", "branch_time=[0.05]"})), none(sample_material(law));
+            Driven<3> both(with_branches(law, {"branch_shear=[300, 80]", "branch_time=[0.4, 0.05]"})), one(with_branches(law)),
+                other(with_branches(law, {"branch_shear=[80]", "branch_time=[0.05]"})), none(sample_material(law));
             double work = 0, lost = 0;
             for (int k = 1; k <= steps; ++k) {
                 const Mat<3> F = to_mat(path.F(static_cast<double>(k) / steps)), before = both.F;
                 const Mat<3> P0 = full(both.kirchhoff()) * transpose(inverse(both.F));
                 for (Driven<3>* point : {&both, &one, &other, &none}) point->step(F, 1.0 / steps);
                 const Mat<3> P1 = full(both.kirchhoff()) * transpose(inverse(F));
-                for (int c = 0; c < 9; ++c) work += 0.5 * (P0(c / 3, c % 3) + P1(c / 3, c % 3)) * (F(c / 3, c % 3) - before(c / 3, c % 3));
+                for (int c = 0; c < 9; ++c)
+                    work += 0.5 * (P0(c / 3, c % 3) + P1(c / 3, c % 3)) * (F(c / 3, c % 3) - before(c / 3, c % 3));
                 EXPECT_GE(both.column("dissipated"), lost);
                 lost = both.column("dissipated");
             }
@@ -154,7 +156,8 @@ TEST(Branches, AreTheSameInEveryDimensionAndLane)
     step.dt = 0.2;
     Step<3> alone[8];
     for (int k = 0; k < 8; ++k) {
-        alone[k] = {random_deformation<3>(random, std::pow(0.3, k)), random_deformation<3>(random, std::pow(0.3, k)) - Mat<3>::identity(), 0.2};
+        alone[k] = {random_deformation<3>(random, std::pow(0.3, k)),
+                    random_deformation<3>(random, std::pow(0.3, k)) - Mat<3>::identity(), 0.2};
         for (int c = 0; c < 9; ++c) step.G(c / 3, c % 3)[k] = alone[k].G(c / 3, c % 3);
     }
     Lanes state[6], lost(0.0);
