@@ -55,7 +55,8 @@ void StressUpdate<D>::update(const Sweep<D>& s, int begin, int end, TileReport& 
 {
     for (const OfLaw& one : laws_) one.pass(s, *one.law, one.columns.data(), begin, end, report);
     for (const OfBranches& one : branches_) update_branches(s, one.branches, one.material, one.columns.data(), begin, end);
-    if (viscosity_.is_on()) update_artificial_pressure(s, viscosity_, begin, end);  // after the laws, which take the old one
+    if (viscosity_.is_on() && s.dt > 0)
+        update_artificial_pressure(s, viscosity_, begin, end);  // after the laws, which take the old one
 }
 
 template <int D>

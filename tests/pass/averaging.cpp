@@ -313,9 +313,10 @@ TEST(Averaging, DoesNotAddEnergy)
 }
 
 /// q of a uniform compression, and its work: what a step of the law itself does not have.
-TEST(ArtificialViscosity, IsItsFormula)
+void check_artificial_pressure(TimeScheme scheme)
 {
     MethodSpec spec          = test::shape_spec(Basis::hat, Domain::box);
+    spec.scheme              = scheme;
     spec.linear_viscosity    = 0.1;
     spec.quadratic_viscosity = 1.2;
     const Explicit<2> method(test::walled_box<2>(8, spec, ConditionType::fixed));
@@ -348,8 +349,14 @@ TEST(ArtificialViscosity, IsItsFormula)
             EXPECT_NEAR(s.particles.q_work[i] - work[n], -q_of[n] * change, 1e-15);
             compressed += rate > 0;
         }
-        EXPECT_GT(compressed, s.particles.count / 2);
+        if (k > 0 || scheme != TimeScheme::usf) {  // whose first step deforms nothing
+            EXPECT_GT(compressed, s.particles.count / 2);
+        }
     }
+}
+TEST(ArtificialViscosity, IsItsFormula)
+{
+    for (const TimeScheme scheme : {TimeScheme::usl, TimeScheme::usf, TimeScheme::musl}) check_artificial_pressure(scheme);
 }
 
 /// A block that runs into a wall: energy and what is taken add up, and the stress behind the front hardly rings.
