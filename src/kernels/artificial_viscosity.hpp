@@ -22,10 +22,11 @@ void update_artificial_pressure(const Sweep<D>& sweep, const ArtificialViscosity
 {
     const Sweep<D> s = sweep;
     for (int first = begin; first < end; first += Batch::size) {
-        const Batch b      = Batch::of(first, end);
-        const Lanes theta  = dilation(load(s.increments, Batch{b.first - s.increment_first, b.count}));
-        const Lanes V      = load(s.p.V, b);
-        const Lanes before = s.p.cell ? V : V / (Lanes(1.0) + theta);  // cells change their volume when their corners move
+        const Batch b     = Batch::of(first, end);
+        const Lanes theta = dilation(load(s.increments, Batch{b.first - s.increment_first, b.count}));
+        const Lanes V     = load(s.p.V, b);
+        const Lanes before =
+            s.p.cell && !s.is_past ? V : V / (Lanes(1.0) + theta);  // corners of cells move after this, or (USF) have moved
         store(s.p.q_work, b, load(s.p.q_work, b) - load(s.p.q, b) * before * theta / load(s.p.V0, b));
         const Lanes c    = each_particle(b, [&](int i) { return s.materials[s.p.material[i]].wave_speed(); });
         const Lanes rate = larger(Lanes(0.0), theta * (-1 / s.dt)), rho = load(s.p.m, b) / V;

@@ -63,9 +63,10 @@ struct JohnsonCook {
     static constexpr std::array history = with_elastic_columns(std::array{
         kPlasticStrain, kDissipated, HistoryColumn{"temperature", "temperature, K"},
         HistoryColumn{"internal_energy", "Mie-Gruneisen's energy without that of elastic shear, per initial volume, J/m^3"},
-        HistoryColumn{"shock_pressure", "Mie-Gruneisen's pressure, Pa"}});
+        HistoryColumn{"shock_pressure", "Mie-Gruneisen's pressure, Pa"},
+        HistoryColumn{"viscous_heat", "heat of artificial viscosity in internal_energy, per initial volume, J/m^3"}});
     enum Parameter { kA, kB0, kN, kC, kM, kRate, kReference, kStart, kMelting, kHeat, kQuinney, kSound, kSlope, kGruneisen };
-    enum Column { kAlpha, kWork, kTemperature, kEnergy, kPressure, kB };
+    enum Column { kAlpha, kWork, kTemperature, kEnergy, kPressure, kViscousHeat, kB };
 
     HenckyElasticity elastic;
     double A, B, n, C, m, rate, reference, at_start, melting, heating;  ///< heating = chi/(rho0 c), K m^3/J
@@ -125,7 +126,7 @@ struct JohnsonCook {
     T energy(const Mat<D, T>&, const T* h) const
     {
         const Symmetric<D, T> b = read_symmetric<D>(h + kB);
-        return is_shocked ? h[kEnergy] + shear_energy(b) - h[kWork] : elastic.energy(hencky_strain(b));
+        return is_shocked ? h[kEnergy] + shear_energy(b) - h[kWork] - h[kViscousHeat] : elastic.energy(hencky_strain(b));
     }
     template <int D, class T>
     Stress<D, T> update(const Step<D, T>& step, T* h, T& fault) const
@@ -144,7 +145,9 @@ struct JohnsonCook {
         const T before = J / det(Mat<D, T>::identity() + step.G);  // the volume ratio at the start of the step
         const T sound  = T(1.0) - T(shock.slope) * (T(1.0) - J);
         fault          = choose(sound, fault, T(1.0));
-        compress(before, J, shear_energy(read_symmetric<D>(h + kB)), h[kWork] - dissipated - step.q * (J - before), h);
+        const T heat   = step.q * (before - J);
+        h[kViscousHeat] += heat;
+        compress(before, J, shear_energy(read_symmetric<D>(h + kB)), h[kWork] - dissipated + heat, h);
         return sigma + isotropic<D>(-1.0 * h[kPressure]);
     }
     template <int D>

@@ -12,8 +12,7 @@ using NoParameters = std::array<LawParameter, 0>;
 using NoHistory    = std::array<HistoryColumn, 0>;
 
 /// What every law has: a name, a description, its elastic constants, parameters and history columns, the largest dimension
-/// in which it exists, and `of`, which makes the law from a material. A law that deforms at constant volume where it flows
-/// also has `keeps_volume`.
+/// in which it exists, and `of`, which makes the law from a material.
 template <class L>
 concept DescribedLaw = requires(const L law, const Material& m)
 {
@@ -102,6 +101,13 @@ concept ChangesStiffness = requires(const L law, const Mat<1>& F, const double* 
     {
         law.stiffness(F, history)
         } -> std::same_as<Stiffness>;
+};
+
+/// A law that deforms at constant volume where it flows.
+template <class L>
+concept KeepsVolume = requires
+{
+    L::keeps_volume;
 };
 
 /// A law that finds parameters which do not go together.

@@ -137,15 +137,18 @@ LawRow row_of()
                .max_dim         = L::max_dim,
                .is_hyperelastic = Hyperelastic<L>,
                .carries_stress  = Incremental<L>,
-               .keeps_volume    = requires {L::keeps_volume;
+               .keeps_volume    = KeepsVolume<L>,
+               .parameters      = L::parameters,
+               .history         = L::history,
+               .check           = nullptr,
+               .complete        = nullptr,
+               .in_1d           = functions_of<L, 1>(),
+               .in_2d           = functions_of<L, 2>(),
+               .in_3d           = functions_of<L, 3>()};
+    if constexpr (CompletesMaterial<L>) row.complete = [](Material& m) { L::complete(m); };
+    if constexpr (ChecksParameters<L>) row.check = [](const Material& m) { return L::check(m); };
+    return row;
 }
-, .parameters = L::parameters, .history = L::history, .check = nullptr, .complete = nullptr, .in_1d = functions_of<L, 1>(),
-  .in_2d = functions_of<L, 2>(), .in_3d = functions_of<L, 3>()
-};  // namespace
-if constexpr (CompletesMaterial<L>) row.complete = [](Material& m) { L::complete(m); };
-if constexpr (ChecksParameters<L>) row.check = [](const Material& m) { return L::check(m); };
-return row;
-}  // namespace ordo
 
 template <class... L>
 std::span<const LawRow> rows_of(LawList<L...>)

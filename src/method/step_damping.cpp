@@ -74,6 +74,13 @@ double unbalanced(const Model<D>& model, const Particles<D>& p, const double* be
     return std::sqrt(total[0] / total[1]);
 }
 
+/// The time over which velocities changed in a step: they live at half steps, but for Runge-Kutta stages.
+template <int D>
+double kick_of(const Model<D>& model, const State<D>& s, double dt)
+{
+    return has_stages_of_runge_kutta(model.method) ? dt : 0.5 * (s.dt_prev + dt);
+}
+
 /// The root of kinetic over stored energy.
 template <int D>
 double moving(const Model<D>& model, const Particles<D>& p)
@@ -97,7 +104,7 @@ StepDamping<D>::StepDamping(const Model<D>& model, State<D>& s) : model_(model)
 template <int D>
 void StepDamping<D>::apply(State<D>& s, double dt) const
 {
-    if (model_.residual > 0) s.residual = unbalanced(model_, s.particles, before_.front().data(), dt);
+    if (model_.residual > 0) s.residual = unbalanced(model_, s.particles, before_.front().data(), kick_of(model_, s, dt));
     damp(s, dt);
     if (model_.residual > 0 && s.residual <= model_.residual) s.residual = std::max(s.residual, moving(model_, s.particles));
 }

@@ -101,7 +101,7 @@ void Watch<D>::look_for_growth(const State<D>& s)
     find(WatchSpec::energy,
          fmt::format(
              "step {}, t = {:.6g} s: the method has added {:.4g} J, more than {:.3g} (watch.energy_growth) of the {:.4g} J "
-             "that were there or came from gravity, boundaries, tractions and body forces; {}; {}",
+             "that were there or came from gravity, boundaries, tractions, body forces and new stages; {}; {}",
              s.n, s.t, growth, spec_.energy_growth, all, fastest_particle(s), remedy_for_growth()));
 }
 

@@ -34,7 +34,8 @@ void require_possible(const CaseSpec<D>& spec, int k, const Stress<D>& sigma, co
                  "carries elastic strain (j2, drucker-prager, mohr-coulomb, cam-clay) or stress (jaumann-elastic), or let "
                  "gravity act in a [[stage]] with damping",
                  m.law->name));
-    constexpr double tolerance = 1e-9;  // round-off of a return map at a stress on the yield surface
+    constexpr double tolerance = 1e-9;                        // round-off of a return map at a stress on the yield surface
+    const double least         = 1e-12 * m.p_wave_modulus();  // round-off of strains
     const Mat<D> F             = Mat<D>::identity();
     double history[Material::most_history], fault = 0.0;
     start_history(m, F, history);
@@ -43,7 +44,7 @@ void require_possible(const CaseSpec<D>& spec, int k, const Stress<D>& sigma, co
              fmt::format("gives {} at {}, which the elasticity of {} cannot have; take another stress or law", text_of(sigma),
                          place_text(x), m.law->name));
     const Stress<D> error = update_stress(m, Step<D>{F, {}, 0.0}, sigma, history, fault) + sigma * -1.0;
-    if (fault > 0 || !(square(error) <= tolerance * tolerance * square(sigma)))
+    if (fault > 0 || !(square(error) <= tolerance * tolerance * square(sigma) + least * least))
         fail(k, key_of(b.stress),
              fmt::format("gives {} at {}, outside the yield surface of {}; a ratio nearer to 1 or more strength lies inside",
                          text_of(sigma), place_text(x), m.law->name));

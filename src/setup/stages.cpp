@@ -21,13 +21,6 @@ bool acts_in(const std::vector<int>& stages, std::size_t k)
 }
 
 template <int D>
-bool has_body_force(const CaseSpec<D>& spec)
-{
-    return norm(spec.gravity) > 0 ||
-           std::any_of(spec.bodies.begin(), spec.bodies.end(), [](const auto& b) { return !is_zero<D>(b.body_force); });
-}
-
-template <int D>
 void require_times(const CaseSpec<D>& spec)
 {
     for (std::size_t k = 0; k < spec.stages.size(); ++k) {
@@ -37,8 +30,6 @@ void require_times(const CaseSpec<D>& spec)
         if (!stage.residual) continue;
         if (!(*stage.residual > 0 && *stage.residual < 1))
             fail(k, "residual", fmt::format("must be above 0 and below 1 (got {})", *stage.residual));
-        if (!has_body_force(spec))
-            fail(k, "residual", "is relative to gravity and body forces, and the case has none; give the duration alone");
     }
     double end = 0.0;
     for (const StageSpec& stage : spec.stages) end += stage.duration;
@@ -128,6 +119,56 @@ void require_method(const CaseSpec<D>& spec)
     }
 }
 
+/// Whether a field changes with time in a stage, by samples.
+template <int D>
+bool changes(const Field& f, const Stage<D>& stage, const Model<D>& model)
+{
+    constexpr int times = 17, places = 3;
+    for (int n = 1; n <= places; ++n) {
+        Vec<D> x{};
+        for (int a = 0; a < D; ++a) x[a] = model.origin[a] + n * model.cells[a] * model.h[a] / (places + 1);
+        const double first = f({padded(x), padded(x), stage.start});
+        for (int k = 1; k < times; ++k)
+            if (f({padded(x), padded(x), stage.start + k * (stage.end - stage.start) / (times - 1)}) != first) return true;
+    }
+    return false;
+}
+
+/// A stage that ends at rest needs something that moves it and stays the same: else it ends before a load has grown, and the jump of
+/// the clock would leave out what a boundary still has to go.
+template <int D>
+void require_steady(const CaseSpec<D>& spec, const Model<D>& model, int number, const Stage<D>& stage,
+                    const std::set<int>& removed)
+{
+    if (!(stage.residual > 0)) return;
+    auto refuse = [&](std::string_view what, const std::string& name) {
+        fail(number, "residual",
+             fmt::format(
+                 "cannot be where {} \"{}\" changes with time: let it change in a stage of its own that ends by its duration",
+                 what, name));
+    };
+    bool is_pulled = norm(model.gravity) > 0;
+    for (std::size_t b = 0; b < spec.bodies.size(); ++b) {
+        if (removed.count(static_cast<int>(b))) continue;
+        is_pulled = is_pulled || !is_zero<D>(spec.bodies[b].body_force);
+        for (const Field& f : spec.bodies[b].body_force)
+            if (changes(f, stage, model)) refuse("the body_force of", spec.bodies[b].name);
+    }
+    if (!is_pulled)
+        fail(number, "residual",
+             "is relative to gravity and body forces, and no body of this stage has any; give the duration alone");
+    for (const Condition<D>& b : stage.conditions)
+        for (const auto& value : b.value)
+            if (value && changes(*value, stage, model))
+                refuse("boundary", spec.boundaries[static_cast<std::size_t>(b.boundary)].name);
+    for (const Wall<D>& w : stage.walls)
+        for (const Field& f : w.velocity)
+            if (!f.is_zero()) refuse("the place of wall", spec.boundaries[static_cast<std::size_t>(w.boundary)].name);
+    for (std::size_t n = 0; n < stage.tractions.size(); ++n)
+        for (const Field& f : stage.tractions[n].value)
+            if (changes(f, stage, model)) refuse("traction", std::to_string(n));
+}
+
 }  // namespace
 
 template <int D>
@@ -160,6 +201,7 @@ std::vector<Stage<D>> stages_of(const CaseSpec<D>& spec, const Model<D>& model)
         stage.tractions = model.tractions;
         for (std::size_t n = 0; n < spec.tractions.size(); ++n)
             if (!acts_in(spec.tractions[n].stages, k)) stage.tractions[n].value = {};
+        require_steady(spec, model, static_cast<int>(k), stage, removed);
     }
     return r;
 }

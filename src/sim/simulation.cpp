@@ -84,6 +84,7 @@ void Simulation<D>::step_towards(double t)
         for (Observer<D>* o : observers_) o->failed(*this, e);
         throw;
     }
+    if (is_at(t)) return;  // the clock has jumped
     const double end   = is_in_last_stage() ? t : std::min(t, stages_[static_cast<std::size_t>(state_.stage)].end);
     double dt          = setup::time_step(time_, model(), state_.particles);
     const double left  = end - state_.t;

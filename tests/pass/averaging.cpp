@@ -263,7 +263,7 @@ TEST(Averaging, KeepsTheTotalVolume)
             }
 }
 
-/// A hundred steps in pieces and all at once, on points that cross cells: averages do not depend on the order of the sort.
+/// Twenty steps with and without a sort before each: averages do not depend on the order of the sort.
 TEST(Averaging, DoesNotDependOnTheSort)
 {
     for (const Averaging averaging : kAverages) {
@@ -357,6 +357,31 @@ void check_artificial_pressure(TimeScheme scheme)
 TEST(ArtificialViscosity, IsItsFormula)
 {
     for (const TimeScheme scheme : {TimeScheme::usl, TimeScheme::usf, TimeScheme::musl}) check_artificial_pressure(scheme);
+}
+
+/// The same of copper with Mie-Gruneisen's pressure, whose energy the heat of q raises: it must not count as stored.
+TEST(ArtificialViscosity, HeatsWithoutBeingStored)
+{
+    MethodSpec spec          = test::shape_spec(Basis::hat, Domain::parallelepiped);
+    spec.scheme              = TimeScheme::musl;
+    spec.linear_viscosity    = 0.3;
+    spec.quadratic_viscosity = 1.5;
+    Model<1> model           = test::unit_box<1>(200, spec);
+    model.materials          = {
+                 test::material_of("johnson-cook",
+                                   {"young=117e9", "poisson=0.35", "density=8930", "A=90e4", "B=292e4", "n=0.31", "C=0.025", "m=1.09",
+                                    "reference_rate=1", "reference_temperature=298", "melting_temperature=1356", "specific_heat=383",
+                                    "taylor_quinney=0.9", "sound_speed=3940", "shock_slope=1.489", "gruneisen=2.02"},
+                                   1)};
+    model.conditions.push_back({.axis = 0, .outer_is_above = false, .at = 0.0, .type = ConditionType::fixed, .value = {}});
+    const Explicit<1> method(std::move(model));
+    State<1> s = method.start(plant_all(method.model(), test::block(method.model(), 0.0, 0.8, 2)));
+    for (Vec<1>& v : s.particles.v) v[0] = -500;
+    const double before = totals(method.model(), s.particles).total_energy();
+    while (s.t < 1e-4) method.step(s, automatic_time_step(method.model(), s.particles, 0.3));
+    const Totals e = totals(method.model(), s.particles);
+    EXPECT_GT(e.artificial, 0.02 * before);
+    EXPECT_NEAR(e.total_energy() + e.dissipated + e.artificial, before, 0.1 * e.artificial);
 }
 
 /// A block that runs into a wall: energy and what is taken add up, and the stress behind the front hardly rings.

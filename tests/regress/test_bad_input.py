@@ -408,6 +408,8 @@ CASE_FAULTS = [
     ("another end than that of the stages", [("end = 0.01", "end = @0.02"), stages()], "time.end", "the sum of the durations of the stages, 0.01"),
     ("no end and no stages", [("[time]", "@[time]"), ("end = 0.01\n", "")], "time.end", "is missing"),
     ("residual without gravity", [stages(first="duration = 0.005\nresidual = @1e-3")], "stage[0].residual", "give the duration alone"),
+    ("residual of a load that grows", [("[grid]", "gravity = [0.0, -1.0]\n[grid]"), traction("body = 'body 0'", value="value = '1e3*t'"), stages(first="duration = 0.005\nresidual = @1e-3")], "stage[0].residual", "traction \"0\" changes with time"),
+    ("residual of a boundary that moves", [("[grid]", "gravity = [0.0, -1.0]\n[grid]"), boundary("face = 'y-min'\nat = 0.3\ntype = 'displacement'\nvalue = [0.0, '1e-3*t']\nname = 'press'\n"), stages(first="duration = 0.005\nresidual = @1e-3")], "stage[0].residual", "boundary \"press\" changes with time"),
     ("residual of one", [stages(first="duration = 0.005\nresidual = @1")], "stage[0].residual", "below 1"),
     ("damping of a stage without its factor", [stages("damping = @'local'")], "stage[1].damping", '"local" needs factor'),
     ("factor of a stage without damping", [stages("factor = @0.7")], "stage[1].factor", 'is of damping "local", not "none"'),

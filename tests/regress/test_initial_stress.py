@@ -132,6 +132,14 @@ class InitialStress(Runs):
         self.run_case(edit(one, ("k0 = 0.5\nsurface = 2.0", "initial_stress = [-1e3, -2e3, -3e3]")))
         self.assertLess(abs(self.particles(0)[1] - numpy.diag([-1e3, -2e3, -3e3])).max(), 1e-6)
 
+    def test_stiff_rock_near_the_surface(self):
+        """Strains of 1e-9 leave few digits of the stress: that is round-off, not a yield surface."""
+        stiff = LAWS["mohr-coulomb"].replace("1e7", "5e10").replace("1.0e7", "5e10")
+        self.assertIn("5e10", stiff)
+        path = self.write("case.toml", edit(COLUMN.format(law="mohr-coulomb", keys=stiff), ("surface = 2.0", "surface = 1.0")))
+        done = ordo("check", path, cwd=self.dir)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
     def test_impossible_stresses_are_refused(self):
         one = COLUMN.format(law="mohr-coulomb", keys=LAWS["mohr-coulomb"])
         self.assert_refused(edit(one, ("k0 = 0.5", "k0 = 0.2")), "body[0].k0", "outside the yield surface of mohr-coulomb", "(0.")
