@@ -391,7 +391,7 @@ FAULTS = [
           "@dissipated += T(shear * (1 - keep * keep)) * (before + square(at.dev));@", "", "unit:Branches.RelaxExactlyAtRest"),
     fault("voce-without-hardening", "j2 yields at the stress of the start of the step", "material/j2.hpp",
           "T lambda             = (q - yield_stress(alpha)) * T(1 / (@three_g + hardening@));", "three_g",
-          "unit:J2.AgreesWithItsRateEquations"),
+          "unit:J2.UniaxialStrain"),
 
     # time steps and sums
     fault("stable-step-of-full-cells", "the limit of hats and USL is that of full cells", "method/courant.cpp",
