@@ -920,12 +920,22 @@ Material resolve_material(MaterialInput& in, int dim)
     return m;
 }
 
-void require_known_material(const BodyInput& in, const CaseInput& c)
+/// Throws if a list of a table names what does not exist.
+void require_known(const Located& in, const std::string& key, const std::vector<std::string>& names,
+                   const std::vector<std::string>& known, const char* what)
 {
-    std::vector<std::string> materials;
-    for (const MaterialInput& m : c.materials) materials.push_back(m.name);
-    if (std::find(materials.begin(), materials.end(), in.material) == materials.end())
-        in.fail("material", "there is no [[material]] called \"" + in.material + "\". " + suggestion(in.material, materials));
+    for (const std::string& name : names)
+        if (std::find(known.begin(), known.end(), name) == known.end())
+            in.fail(key, fmt::format("there is no {} called \"{}\". {}", what, name,
+                                     known.empty() ? "The case has none" : suggestion(name, known)));
+}
+
+template <class T>
+std::vector<std::string> names_of(const std::vector<T>& items)
+{
+    std::vector<std::string> r;
+    for (const T& item : items) r.push_back(item.name);
+    return r;
 }
 
 /// Checks that the shape exists in `dim` dimensions and that the table has its keys, and of others only `allowed`.
@@ -995,7 +1005,7 @@ void validate_initial_stress(const BodyInput& in)
 void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
 {
     if (in.name.empty()) in.name = fmt::format("body {}", index);
-    require_known_material(in, c);
+    require_known(in, "material", {in.material}, names_of(c.materials), "[[material]]");
     require_keys_of_shape(
         in, dim, {"name", "material", "shape", "velocity", "body_force", "k0", "surface", "overburden", "initial_stress"});
     validate_initial_stress(in);
@@ -1218,24 +1228,6 @@ Damping resolve_damping(const Located& in, const std::string& key, const std::st
     };
     settle("factor", DampingType::local, factor, r.factor);
     settle("rate", DampingType::viscous, rate, r.rate);
-    return r;
-}
-
-/// Throws if a list of a table names what does not exist.
-void require_known(const Located& in, const std::string& key, const std::vector<std::string>& names,
-                   const std::vector<std::string>& known, const char* what)
-{
-    for (const std::string& name : names)
-        if (std::find(known.begin(), known.end(), name) == known.end())
-            in.fail(key, fmt::format("there is no {} called \"{}\". {}", what, name,
-                                     known.empty() ? "The case has none" : suggestion(name, known)));
-}
-
-template <class T>
-std::vector<std::string> names_of(const std::vector<T>& items)
-{
-    std::vector<std::string> r;
-    for (const T& item : items) r.push_back(item.name);
     return r;
 }
 

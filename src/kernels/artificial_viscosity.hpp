@@ -4,6 +4,8 @@
 #include "kernels/averaging.hpp"
 #include "particles/batch.hpp"
 
+#include <cmath>
+
 namespace ordo {
 
 /// q = rho h (quadratic^2 h t^2 - linear c t) for t = tr d < 0, else zero: von Neumann & Richtmyer (1950, J. Appl. Phys. 21:232)
@@ -13,6 +15,13 @@ struct ArtificialViscosity {
     double h = 0.0;  ///< m
 
     bool is_on() const { return linear > 0 || quadratic > 0; }
+
+    /// nu of q = rho nu |t|, m^2/s, from q/rho and c: h (quadratic^2 h |t| + linear c).
+    double diffusivity(double q_over_rho, double c) const
+    {
+        const double half = linear * c * h / 2, root = quadratic * h;
+        return half + std::sqrt(half * half + root * root * q_over_rho);
+    }
 };
 
 /// After a step of particles [begin, end) whose displacement gradients are in `increments`: the work of q in the step, per initial

@@ -2,6 +2,7 @@
 
 #include "method/enrichment.hpp"
 #include "method/state.hpp"
+#include "method/stress_update.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -91,7 +92,7 @@ template <int D>
 class Speeds {
   public:
     Speeds(const Model<D>& model, const Particles<D>& p)
-        : model_(model), p_(p), is_constant_(!has_artificial_viscosity(model.method))
+        : model_(model), p_(p), artificial_(artificial_viscosity(model.method, model.h)), is_constant_(!artificial_.is_on())
     {
         for (const Material& m : model.materials) {
             std::vector<const double*>& columns = columns_.emplace_back();
@@ -116,15 +117,10 @@ class Speeds {
     }
 
   private:
-    /// nu with the same limit as the artificial viscosity: q = rho nu |tr d| acts on longitudinal waves, where nu counts 4/3. From
-    /// the last q, which gives tr d.
+    /// nu with the same limit as artificial viscosity, which acts on longitudinal waves, where nu counts 4/3; from the last q.
     double artificial(const Material& m, std::ptrdiff_t i, double volume) const
     {
-        if (p_.q.empty()) return 0.0;
-        const double h      = *std::min_element(model_.h.c, model_.h.c + D);
-        const double linear = model_.method.linear_viscosity * m.wave_speed() * h,
-                     root   = 2 * model_.method.quadratic_viscosity * h;
-        return 0.75 * 0.5 * (linear + std::sqrt(linear * linear + root * root * p_.q[i] * volume));
+        return p_.q.empty() ? 0.0 : 0.75 * artificial_.diffusivity(p_.q[i] * volume, m.wave_speed());
     }
     /// Before the start of a run, when a fixed time step is checked, particles have neither F nor history.
     bool has_started(std::ptrdiff_t i) const { return det(p_.F[i]) > 0; }
@@ -144,6 +140,7 @@ class Speeds {
     const Particles<D>& p_;
     std::vector<std::vector<const double*>> columns_;  ///< [material]
     std::vector<double> at_rest_;                      ///< [material]
+    ArtificialViscosity artificial_;
     bool is_constant_;
 };
 

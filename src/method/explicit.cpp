@@ -19,19 +19,13 @@ namespace {
 
 constexpr double kRounding = 1e-9;  // of a particle's mass: less reaches a node by round-off alone, where a face is on nodes
 
-template <int D>
-ArtificialViscosity artificial_viscosity(const Model<D>& model)
-{
-    return {model.method.linear_viscosity, model.method.quadratic_viscosity, *std::min_element(model.h.c, model.h.c + D)};
-}
-
 }  // namespace
 
 template <int D>
 Explicit<D>::Explicit(Model<D> of)
     : Scheme<D>(std::move(of)),
       passes_(choose_passes<D>(method())),
-      update_stress_(this->model().materials, artificial_viscosity(this->model())),
+      update_stress_(this->model().materials, artificial_viscosity(method(), this->model().h)),
       mass_solver_(passes_, method().lump_below, has_tls_velocity(method()))
 {}
 

@@ -5,9 +5,17 @@
 #include "kernels/stress.hpp"
 #include "method/passes.hpp"
 
+#include <algorithm>
 #include <vector>
 
 namespace ordo {
+
+/// That of a method on a grid of spacing h, m.
+template <int D>
+ArtificialViscosity artificial_viscosity(const MethodSpec& method, const Vec<D>& h)
+{
+    return {method.linear_viscosity, method.quadratic_viscosity, *std::min_element(h.c, h.c + D)};
+}
 
 template <int D>
 class StressUpdate {

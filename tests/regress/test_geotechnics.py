@@ -5,6 +5,7 @@ import unittest
 
 import numpy
 from harness import frames, particle_data, read_vtk
+from test_benchmarks import noise
 from test_cases import run_case
 from vtk.util.numpy_support import vtk_to_numpy
 
@@ -20,11 +21,7 @@ class Footing(unittest.TestCase):
                                          "--set", "method.preset=ugimp")
         force = columns["footing_force_y"]
         data = read_vtk(frames(directory)[-1][1])
-        particles = particle_data(data)
-        x = numpy.array([data.GetCell(k).GetBounds() for k in range(data.GetNumberOfCells())])
-        cell = numpy.floor((x[:, 0] + x[:, 1]) / 2 / spacing) * 1000 + numpy.floor((x[:, 2] + x[:, 3]) / 2 / spacing)
-        spread = [numpy.var(particles["pressure"][cell == k]) for k in numpy.unique(cell)]
-        return -2 * force[-len(force) // 20:].mean() / STRENGTH, math.sqrt(numpy.mean(spread)) / STRENGTH
+        return -2 * force[-len(force) // 20:].mean() / STRENGTH, noise(data, spacing) / STRENGTH
 
     def test_load_and_noise(self):
         exact = 2 + math.pi
