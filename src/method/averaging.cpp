@@ -11,8 +11,9 @@ namespace {
 
 /// Averages over cells, or at vertices, of four bodies at a time.
 template <int D, bool at_vertices>
-void average_bodies(State<D>& s, const double* V, double* u)
+void average_bodies(State<D>& s, double* u)
 {
+    const double* V         = s.averages.weights.data();
     const ParticleView<D> p = s.particles.view();
     Lanes* records          = s.averages.records.data();
     for (int first = 0; first < s.averages.body_count; first += kBodiesOfRecord) {
@@ -27,70 +28,93 @@ void average_bodies(State<D>& s, const double* V, double* u)
     }
 }
 
-/// Makes room, and counts the bodies once.
+/// Whether J of particle i is averaged, not its change in the step: where stress is a function of F, F is all that particles
+/// remember, and averages of changes would forget how their volumes differ from that of their cell. Where they flow, that
+/// difference has no meaning.
 template <int D>
-void prepare(State<D>& s)
+bool averages_total(const Model<D>& model, const ParticleView<D>& p, std::ptrdiff_t i)
 {
-    make_room(s.averages.records, s.field.nodes.size());
-    if (s.averages.u.size() == s.particles.x.size()) return;
-    s.averages.u          = Array<double>(s.particles.x.size());
-    s.averages.body_count = *std::max_element(s.particles.body.begin(), s.particles.body.end()) + 1;
+    return model.materials[p.material[i]].law->is_hyperelastic;
 }
 
 }  // namespace
 
 template <int D>
-void average(const MethodSpec& method, State<D>& s, const double* V, double* u)
+void prepare_averages(const Model<D>& model, State<D>& s)
 {
-    prepare(s);
-    if (method.averaging == Averaging::cell)
-        average_bodies<D, false>(s, V, u);
-    else
-        average_bodies<D, true>(s, V, u);
+    const ParticleView<D> p = s.particles.view();
+    Averages<D>& a          = s.averages;
+    make_room(a.records, s.field.nodes.size());
+    if (a.u.size() != s.particles.x.size()) {
+        a.u          = Array<double>(p.count);
+        a.weights    = Array<double>(p.count);
+        a.increments = Array<Mat<D>>(p.count);
+        a.body_count = *std::max_element(s.particles.body.begin(), s.particles.body.end()) + 1;
+    }
+    parallel_for_each(p.count, [&](std::ptrdiff_t i) { a.weights[i] = averages_total(model, p, i) ? p.V0[i] : p.V[i]; });
 }
 
 template <int D>
-void find_force_stress(const MethodSpec& method, State<D>& s)
+void average(const MethodSpec& method, State<D>& s, double* u)
 {
-    prepare(s);
+    if (method.averaging == Averaging::cell)
+        average_bodies<D, false>(s, u);
+    else
+        average_bodies<D, true>(s, u);
+}
+
+template <int D>
+void find_force_stress(const Model<D>& model, State<D>& s)
+{
+    const bool is_averaged = model.method.averaging != Averaging::none;
+    if (is_averaged) prepare_averages(model, s);
     if (s.force_stress.size() != s.particles.x.size()) s.force_stress = Array<Stress<D>>(s.particles.x.size());
     const ParticleView<D> p = s.particles.view();
-    double* mean            = s.averages.u.data();
-    parallel_for_each(p.count, [&](std::ptrdiff_t i) {
-        mean[i] = p.q ? -p.q[i] : 0.0;
-        for (int a = 0; a < D; ++a) mean[i] += p.sigma[i](a, a) / D;
-    });
-    if (method.averaging != Averaging::none) average(method, s, p.V, mean);
-    parallel_for_each(p.count, [&](std::ptrdiff_t i) {
-        Stress<D> sigma = p.sigma[i];
-        double own      = 0.0;
-        for (int a = 0; a < D; ++a) own += sigma(a, a) / D;
-        for (int a = 0; a < D; ++a) sigma(a, a) += mean[i] - own;
-        s.force_stress[i] = sigma;
-    });
+    auto mean_of            = [&](std::ptrdiff_t i) {
+        double r = 0.0;
+        for (int a = 0; a < D; ++a) r += p.sigma[i](a, a) / D;
+        return r;
+    };
+    auto set = [&](std::ptrdiff_t i, double part, double mean) {  // part (sigma - s I) + mean I
+        s.force_stress[i] = p.sigma[i] * part;
+        for (int a = 0; a < D; ++a) s.force_stress[i](a, a) += mean - part * mean_of(i);
+    };
+    if (!is_averaged) return parallel_for_each(p.count, [&](std::ptrdiff_t i) { set(i, 1.0, mean_of(i) - p.q[i]); });
+    double* mean = s.averages.u.data();
+    parallel_for_each(p.count, [&](std::ptrdiff_t i) { mean[i] = mean_of(i) - (p.q ? p.q[i] : 0.0); });
+    average(model.method, s, mean);
+    parallel_for_each(p.count, [&](std::ptrdiff_t i) { set(i, det(p.F[i]) / p.J[i], mean[i]); });
 }
 
 template <int D>
-void average_increments(const MethodSpec& method, State<D>& s, const double* before, Mat<D>* increments)
+void average_increments(const Model<D>& model, State<D>& s)
 {
-    prepare(s);
     const ParticleView<D> p = s.particles.view();
     double* mean            = s.averages.u.data();
-    parallel_for_each(p.count, [&](std::ptrdiff_t i) { mean[i] = dilation(increments[i]); });
-    average(method, s, before, mean);
+    Mat<D>* increments      = s.averages.increments.data();
     parallel_for_each(p.count, [&](std::ptrdiff_t i) {
-        const double theta = dilation(increments[i]);
-        const double scale = std::pow((1 + mean[i]) / (1 + theta), 1.0 / D);
-        increments[i]      = scale * increments[i] + (scale - 1) * Mat<D>::identity();
-        p.F[i]             = scale * p.F[i];
-        if (!p.cell) p.V[i] = det(p.F[i]) * p.V0[i];  // a cell has the volume between its corners
+        mean[i] = dilation(increments[i]);
+        if (!averages_total(model, p, i)) return;
+        p.J[i] *= 1 + mean[i];
+        mean[i] = p.J[i];
+    });
+    average(model.method, s, mean);
+    parallel_for_each(p.count, [&](std::ptrdiff_t i) {
+        const bool is_total = averages_total(model, p, i);
+        const double change = is_total ? mean[i] / det(p.F[i]) : (1 + mean[i]) / (1 + dilation(increments[i]));
+        const double scale  = std::pow(change, 1.0 / D);
+        increments[i]       = scale * increments[i] + (scale - 1) * Mat<D>::identity();
+        p.F[i]              = scale * p.F[i];
+        if (!is_total) p.J[i] = det(p.F[i]);
+        if (!p.cell) p.V[i] = p.J[i] * p.V0[i];  // a cell has the volume between its corners
     });
 }
 
-#define ORDO_AVERAGING(D)                                                        \
-    template void average(const MethodSpec&, State<D>&, const double*, double*); \
-    template void find_force_stress(const MethodSpec&, State<D>&);               \
-    template void average_increments(const MethodSpec&, State<D>&, const double*, Mat<D>*);
+#define ORDO_AVERAGING(D)                                         \
+    template void prepare_averages(const Model<D>&, State<D>&);   \
+    template void average(const MethodSpec&, State<D>&, double*); \
+    template void find_force_stress(const Model<D>&, State<D>&);  \
+    template void average_increments(const Model<D>&, State<D>&);
 ORDO_AVERAGING(1)
 ORDO_AVERAGING(2)
 ORDO_AVERAGING(3)

@@ -331,7 +331,7 @@ void Explicit<D>::find_force_stress(State<D>& s) const
 {
     if (!has_force_stress(method())) return;
     Stopwatch watch(times(), StageTimes::fit);
-    ordo::find_force_stress(method(), s);
+    ordo::find_force_stress(model(), s);
 }
 
 template <int D>
@@ -427,18 +427,13 @@ void Explicit<D>::deform(State<D>& s, typename Passes<D>::Gather pass, Lanes* no
 template <int D>
 void Explicit<D>::deform_averaged(State<D>& s, typename Passes<D>::Gather pass, Sweep<D> view) const
 {
-    const std::size_t count = s.particles.x.size();
-    if (s.averages.V.size() != count) {
-        s.averages.V          = Array<double>(count);
-        s.averages.increments = Array<Mat<D>>(count);
-    }
-    std::copy(s.particles.V.begin(), s.particles.V.end(), s.averages.V.begin());
+    prepare_averages(model(), s);
     view.increments      = s.averages.increments.data();
     view.increment_first = 0;
     gather_tiles(s, [&](const Tile& tile, TileReport& report) { pass(view, tile.begin, tile.end, report); });
     {
         Stopwatch watch(times(), StageTimes::fit);
-        average_increments(method(), s, s.averages.V.data(), view.increments);
+        average_increments(model(), s);
     }
     gather_tiles(s, [&](const Tile& tile, TileReport& report) { update_stress_.update(view, tile.begin, tile.end, report); });
 }

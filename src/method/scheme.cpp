@@ -86,7 +86,10 @@ State<D> Scheme<D>::start_deformed(Particles<D> particles) const
     const ParticleView<D> p = s.particles.view();
     s.lattice               = Lattice<D>(model_.origin, model_.h, model_.cells, model_.periodic, 0, grid_basis(model_.method));
     start_stresses(model_.materials, s.particles);
-    for (int i = 0; i < p.count; ++i) p.V[i] = det(p.F[i]) * p.V0[i];
+    for (int i = 0; i < p.count; ++i) {
+        p.V[i] = det(p.F[i]) * p.V0[i];
+        if (p.J) p.J[i] = det(p.F[i]);
+    }
     start_domains(s);
     sort_particles(model_, s);
     return s;

@@ -118,7 +118,7 @@ template <int D>
 struct Averages {
     Array<Lanes> records;      ///< of cells or vertices
     Array<double> u;           ///< the scalar that is averaged
-    Array<double> V;           ///< volumes before the step, m^D
+    Array<double> weights;     ///< volumes of particles, m^D
     Array<Mat<D>> increments;  ///< displacement gradients of the step
     int body_count = 0;
 };
@@ -241,6 +241,7 @@ FieldGroups field_groups(const Model<D>& model)
     g.corner_velocity = g.corner_samples || keeps_corner_velocity(model.method);
     for (int a = 0; a < D; ++a) g.periodic = g.periodic || model.periodic[a];
     g.history    = history_columns(model.materials, D);
+    g.averaged   = model.method.averaging != Averaging::none;
     g.shock      = has_artificial_viscosity(model.method);
     g.body_force = static_cast<bool>(model.body_force_kernel);
     for (const auto& b : model.body_forces) g.body_force = g.body_force || !is_zero<D>(b);

@@ -177,7 +177,7 @@ constexpr Choice<Averaging> choices_of_averaging[] = {
     {Averaging::node, "node", "the same at the vertices of the grid, interpolated by hats: reproduces linear pressures inside"}};
 constexpr AxisRow<Averaging> row_of(Averaging)
 {
-    return {"averaging", "volume average of dilations and of mean stresses, against volumetric locking (docs/design.md)",
+    return {"averaging", "volume average of volume changes and of mean stresses, against volumetric locking (docs/design.md)",
             choices_of_averaging};
 }
 

@@ -39,6 +39,7 @@ struct Modes {
     FIELD(double, m, always)                     /* mass, kg */                                   \
     FIELD(double, V0, always)                    /* initial volume, m^D */                        \
     FIELD(double, V, always)                     /* volume J V0, m^D */                           \
+    FIELD(double, J, averaged)                   /* V/V0, where det F is that of averages */      \
     FIELD(std::int32_t, id, always)              /* number in the order of seeding */             \
     FIELD(std::int32_t, body, always)            /* index of the body */                          \
     FIELD(std::int32_t, material, always)        /* index of the material */                      \
@@ -66,6 +67,7 @@ struct FieldGroups {
     bool cells                       = false;
     bool traction                    = false;
     bool body_force                  = false;
+    bool averaged                    = false;
     bool shock                       = false;
     bool gradient                    = false;
     bool modes                       = false;

@@ -2,7 +2,7 @@
 #include "io/checkpoint.hpp"
 #include "fuzz.hpp"
 #include "io/file.hpp"
-#include "method/explicit.hpp"
+#include "sim/simulation.hpp"
 
 #include <fuzzer/FuzzedDataProvider.h>
 #include <hdf5.h>
@@ -40,12 +40,12 @@ class Run {
   public:
     Run()
         : input_(read()),
-          method_(io::build<2>(input_, 1000).model),
+          simulation_(io::build<2>(input_, 1000)),
           directory_(input_.output, io::Earlier::go_on),
-          checkpoints_(input_, method_.model(), directory_)
+          checkpoints_(input_, simulation_.model(), directory_)
     {
-        State<2> s = start();
-        for (int n = 0; n < 3; ++n) method_.step(s, *input_.time.dt);
+        State<2>& s = simulation_.state();
+        for (int n = 0; n < 3; ++n) simulation_.step();
         checkpoints_.write(s, {.step = s.n});
         const std::string path = std::filesystem::path(input_.output.directory) / io::checkpoint_file(s.n);
         std::ifstream file(path, std::ios::binary);
@@ -70,11 +70,11 @@ class Run {
         }
         if (is_sealed) seal(bytes);
         file_.write(bytes);
-        State<2> s = start();
-        if (!accepts([&] { checkpoints_.read(file_.path(), s); })) return;
+        Simulation<2> restarted(io::build<2>(input_, 1000));
+        if (!accepts([&] { checkpoints_.read(file_.path(), restarted); })) return;
         if (!is_sealed && bytes != whole_) fail("a damaged checkpoint is taken");
         try {
-            method_.step(s, *input_.time.dt);
+            restarted.step();
         } catch (const NumericalError&) {}
     }
 
@@ -91,7 +91,6 @@ class Run {
             directory));
         return io::read_case(file.path(), {});
     }
-    State<2> start() const { return method_.start(io::build<2>(input_, 1000).particles); }
     /// Gives the file the checksum of what is in it.
     static void seal(std::string& bytes)
     {
@@ -102,7 +101,7 @@ class Run {
     }
 
     io::CaseInput input_;
-    Explicit<2> method_;
+    Simulation<2> simulation_;
     io::RunDirectory directory_;
     io::Checkpoints<2> checkpoints_;
     std::string whole_;

@@ -93,9 +93,8 @@ class CookMembrane(unittest.TestCase):
     def test_tip_has_its_static_place(self):
         for ratio in self.STATIC:
             with self.subTest(ratio):
-                (x, y), _ = self.tip(ratio, "cell")
-                self.assertAlmostEqual(y, 1, delta=0.03)
-                self.assertAlmostEqual(x, 1, delta=0.07)  # the corner itself gives way; see the README
+                displacement, _ = self.tip(ratio, "cell")
+                self.assertLess(numpy.abs(displacement - 1).max(), 0.03)
 
     def test_particles_of_their_own_lock(self):
         averaged, alone = self.tip(0.49, "cell"), self.tip(0.49, "none")

@@ -221,7 +221,9 @@ class Output(InTemporaryDirectory):
         for body in bodies:
             self.assertEqual(list(body["time"]), whole["time"])
         for name in ("mass", "momentum_x", "momentum_y", "kinetic_energy", "strain_energy", "potential_energy"):
-            self.assert_close(bodies[0][name] + bodies[1][name], numpy.array(whole[name]), scale=numpy.max(numpy.abs(whole[name])) + 1e-9)
+            tolerance = 1e-9 if name == "strain_energy" else 1e-12  # small strains: round-off is that of the stiffness
+            self.assert_close(bodies[0][name] + bodies[1][name], numpy.array(whole[name]), scale=numpy.max(numpy.abs(whole[name])) + 1e-9,
+                              tolerance=tolerance)
         t, disk, box = numpy.array(whole["time"]), *bodies
         radius, mass = 0.25, 1000 * numpy.pi * 0.25**2
         self.assertAlmostEqual(disk["mass"][0], mass, 9)
