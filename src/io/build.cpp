@@ -118,7 +118,10 @@ setup::BodySpec<D> body_of(const BodyInput& b, const std::vector<MaterialInput>&
                             .body_force            = make_vector_field<D>(b.body_force)};
     if (!b.particles_per_cell.empty()) body.particles_per_cell = to_vec<D, int>(b.particles_per_cell);
     body.stress = {.k0 = b.k0, .surface = b.surface, .overburden = b.overburden.value_or(0.0)};
-    if (!b.initial_stress.empty()) body.stress.uniform = to_vec<3>(b.initial_stress);
+    if (!b.initial_stress.empty()) {
+        body.stress.uniform = Stress<D>{};
+        std::copy(b.initial_stress.begin(), b.initial_stress.end(), body.stress.uniform->c);
+    }
     return body;
 }
 

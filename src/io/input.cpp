@@ -298,7 +298,8 @@ const Section<BodyInput>& body_section()
                     .what = "of k0: vertical pressure at the surface, such as the weight of other bodies", .unit = "Pa", .default_text = "0",
                     .min = 0}},
                 {&BodyInput::initial_stress, {.name = "initial_stress",
-                    .what = "the same stress everywhere at the start, in place of k0: xx, yy, zz, tension positive", .unit = "Pa"}}}};
+                    .what = "the same stress everywhere at the start, in place of k0: xx, yy, zz, tension positive, then shear stresses if "
+                            "there are any: xy in 2D, xy, yz, zx in 3D", .unit = "Pa"}}}};
         const auto keys = shape_keys<BodyInput>();
         section.keys.insert(section.keys.begin() + 3, keys.begin(), keys.end());  // after the shape
         return section;
@@ -992,13 +993,15 @@ void resolve_particles_per_cell(BodyInput& in, int dim)
     }
 }
 
-void validate_initial_stress(const BodyInput& in)
+void validate_initial_stress(const BodyInput& in, int dim)
 {
     if (in.k0 && in.has("initial_stress")) in.fail("initial_stress", "excludes k0; give one of them");
     for (const char* key : {"surface", "overburden"})
         if (in.has(key) && !in.k0) in.fail(key, "needs k0");
-    if (in.has("initial_stress") && in.initial_stress.size() != 3)
-        in.fail("initial_stress", fmt::format("must be three numbers, xx, yy, zz (got {})", in.initial_stress.size()));
+    const std::size_t with_shear = 3 + dim * (dim - 1) / 2;
+    if (const std::size_t n = in.initial_stress.size(); in.has("initial_stress") && n != 3 && n != with_shear)
+        in.fail("initial_stress", fmt::format("must be three numbers, xx, yy, zz{} (got {})",
+                                              std::array{"", ", or four, with xy", ", or six, with xy, yz, zx"}[dim - 1], n));
 }
 
 /// Checks a body and fills its defaults; without a name it is named by its number.
@@ -1008,7 +1011,7 @@ void validate_body(BodyInput& in, int index, int dim, const CaseInput& c)
     require_known(in, "material", {in.material}, names_of(c.materials), "[[material]]");
     require_keys_of_shape(
         in, dim, {"name", "material", "shape", "velocity", "body_force", "k0", "surface", "overburden", "initial_stress"});
-    validate_initial_stress(in);
+    validate_initial_stress(in, dim);
     validate_angles(in);
     validate_polar_cells(in);
     if (in.shape != "particles" && in.shape != "mesh") resolve_particles_per_cell(in, dim);

@@ -12,12 +12,18 @@ namespace {
 
 [[noreturn]] void fail(int k, std::string_view key, std::string_view why) { throw SetupError(Part::body, k, key, why); }
 
-const char* key_of(const InitialStress& s) { return s.k0 ? "k0" : "initial_stress"; }
+template <int D>
+const char* key_of(const InitialStress<D>& s)
+{
+    return s.k0 ? "k0" : "initial_stress";
+}
 
 template <int D>
 std::string text_of(const Stress<D>& s)
 {
-    return fmt::format("{:.4g}, {:.4g}, {:.4g} Pa (xx, yy, zz)", s.c[0], s.c[1], s.c[2]);
+    std::string r = fmt::format("{:.4g}, {:.4g}, {:.4g}", s.c[0], s.c[1], s.c[2]);
+    for (int k = 3; k < Stress<D>::size; ++k) r += fmt::format(", {:.4g}", s.c[k]);
+    return r + (D == 1 ? " Pa (xx, yy, zz)" : D == 2 ? " Pa (xx, yy, zz, xy)" : " Pa (xx, yy, zz, xy, yz, zx)");
 }
 
 /// Throws if the law of a body cannot have the stress of a particle without deformation: its elasticity must reach it, and a step
@@ -71,10 +77,7 @@ Stress<D> initial_stress(const CaseSpec<D>& spec, int k, double top, const Vec<D
 {
     const BodySpec<D>& b = spec.bodies[k];
     Stress<D> r{};
-    if (b.stress.uniform) {
-        for (int a = 0; a < 3; ++a) r(a, a) = (*b.stress.uniform)[a];
-        return r;
-    }
+    if (b.stress.uniform) return *b.stress.uniform;
     const Vertical up    = vertical_of(spec, k);
     const double surface = b.stress.surface ? up.sign * *b.stress.surface : top, depth = surface - up.sign * x[up.axis];
     if (!(depth >= 0))

@@ -52,12 +52,13 @@ template <int D>
 using BodyShape = std::variant<Bounds<D>, Ball<D>, TubeShape<D>, std::vector<Seed<D>>, MeshShape<D>>;
 
 /// The stress of a body at the start: along the axis of gravity the weight above, across it k0 times that; or the same everywhere.
+template <int D>
 struct InitialStress {
     std::optional<double> k0{};  ///< lateral over vertical stress
     std::optional<double>
         surface{};            ///< coordinate of the ground above along the axis of gravity, m; by default the top of the body
     double overburden = 0.0;  ///< vertical pressure there, Pa
-    std::optional<Vec<3>> uniform{};  ///< xx, yy, zz, Pa
+    std::optional<Stress<D>> uniform{};  ///< Pa
 
     bool is_given() const { return k0 || uniform; }
 };
@@ -72,7 +73,7 @@ struct BodySpec {
     bool keeps_lattice_volumes  = false;  ///< of round bodies: particles on their faces have the volumes of whole sub-cells
     VectorField<D> velocity{};            ///< at the start, m/s
     VectorField<D> body_force{};          ///< per mass, in addition to gravity, m/s^2
-    InitialStress stress{};
+    InitialStress<D> stress{};
 };
 
 enum class FaceType { fixed, symmetry, velocity, displacement, wall, periodic, free };

@@ -131,6 +131,10 @@ class InitialStress(Runs):
         self.assertLess(abs(self.particles(0)[1] - start).max(), 1e-6)
         self.run_case(edit(one, ("k0 = 0.5\nsurface = 2.0", "initial_stress = [-1e3, -2e3, -3e3]")))
         self.assertLess(abs(self.particles(0)[1] - numpy.diag([-1e3, -2e3, -3e3])).max(), 1e-6)
+        for changes, given in (((), [-1e3, -2e3, -3e3, 400.0]), (IN_3D, [-1e3, -2e3, -3e3, 400.0, 500.0, -600.0])):
+            self.run_case(edit(one, ("k0 = 0.5\nsurface = 2.0", f"initial_stress = {given}"), *changes))
+            xx, yy, zz, xy, yz, zx = [*given, 0.0, 0.0][:6]
+            self.assertLess(abs(self.particles(0)[1] - numpy.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])).max(), 1e-6)
 
     def test_stiff_rock_near_the_surface(self):
         """Strains of 1e-9 leave few digits of the stress: that is round-off, not a yield surface."""
