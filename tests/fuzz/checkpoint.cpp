@@ -46,7 +46,9 @@ class Run {
     {
         State<2>& s = simulation_.state();
         for (int n = 0; n < 3; ++n) simulation_.step();
-        checkpoints_.write(s, {.step = s.n});
+        io::Written written;
+        written.step = s.n;
+        checkpoints_.write(s, written);
         const std::string path = std::filesystem::path(input_.output.directory) / io::checkpoint_file(s.n);
         std::ifstream file(path, std::ios::binary);
         whole_.assign(std::istreambuf_iterator<char>(file), {});
