@@ -404,8 +404,8 @@ FAULTS = [
           "return x - multiplier * (size(x) - T(@2.0@) * law", "1.0", "unit:CamClay.AgreesWithItsRateEquations"),
     fault("johnson-cook-rate", "the rate of johnson-cook is a strain", "material/johnson_cook.hpp",
           "factor += T(C) * log(lambda / T(rate * @dt@));", "1.0", "unit:JohnsonCook.YieldStress"),
-    fault("johnson-cook-cold", "heat of the step does not soften johnson-cook", "material/johnson_cook.hpp",
-          "factor * softening(T(before) + T(@heating@) * rest * lambda);", "0.0", "unit:JohnsonCook.AgreesWithItsRateEquations"),
+    fault("johnson-cook-cold", "plastic work does not heat johnson-cook", "material/johnson_cook.hpp",
+          "set_lane(h[kTemperature], k, before + @heating@ * rest * lambda);", "0.0", "unit:JohnsonCook.HeatsAsRigidPlastic"),
     fault("shock-energy", "the energy of a shock is that of the pressure at its start", "material/johnson_cook.hpp",
           "(lane(h[kPressure], k) + @cold@) * half", "lane(h[kPressure], k)", "unit:JohnsonCook.ShockIsOnTheHugoniot"),
     fault("fluid-half-viscous", "viscous stress is eta d", "material/fluid.hpp",
@@ -443,6 +443,17 @@ FAULTS = [
           "unit:CellSeeding.BoxesShareTheirCorners"),
     fault("polar-volume-without-r", "polar cells have the volume dr da", "particles/seeding.hpp",
           ".volume = @r * dr * da * dz@", "dr * da * dz", "unit:Seeding.PolarCellsHaveExactVolumes"),
+    # outlines
+    fault("outline-by-areas", "normals at corners are means by areas", "shape/curved_face.hpp",
+          "return @cross(next, last) * (1.0 / (dot(next, next) * dot(last, last)))@;", "cross(next, last)",
+          "unit:Outline.NormalsAreExactOnCirclesAndSpheres"),
+    fault("outline-without-edges", "edges of bodies are rounded", "shape/curved_face.hpp",
+          "if (@other == k || dot(normals[k], normals[other]) > least@) sum", "true", "unit:Outline.RimsAreSharpAndSidesRound"),
+    fault("faces-flat", "faces are flat", "shape/curved_face.hpp",
+          "return @u * v * (T(to_next_[i]) * v + T(to_last_[(i + 1) % count_]) * u)@;", "T(0.0)",
+          "unit:CurvedFace.IsOfFourthOrderOnCirclesAndSpheres"),
+    fault("contact-from-behind", "faces that look the same way are in contact", "shape/face_search.hpp",
+          "|| @!(dot(foot.normal, n) < facing)@) continue;", "false", "unit:FaceSearch.EndsAtTheOutline"),
 ]
 
 
