@@ -410,7 +410,7 @@ FAULTS = [
           "(lane(h[kPressure], k) + @cold@) * half", "lane(h[kPressure], k)", "unit:JohnsonCook.ShockIsOnTheHugoniot"),
     fault("fluid-half-viscous", "viscous stress is eta d", "material/fluid.hpp",
           "return T(@2.0@) * eta * d;", "1.0", "unit:Fluid.NewtonianShear"),
-    fault("bingham-rate", "the shear rate of bingham's fluid is |d|", "material/fluid.hpp",
+    fault("bingham-rate", "the shear rate of bingham's fluid is the norm of d", "material/fluid.hpp",
           "larger(sqrt(T(@2.0@) * square(d))", "1.0", "unit:Fluid.BinghamShear"),
     fault("grains-without-rate", "mu-i has the friction of fast flow", "material/mu_i.hpp",
           "H = trial * most + a * @ends@;", "most", "unit:MuI.FrictionOfTheRate"),
