@@ -21,7 +21,21 @@ struct Outline {
     std::vector<int> corners;                 ///< the corner of the mesh that each vertex is
     std::vector<int> first;                   ///< of each vertex, and the end of the last: where its faces begin in `around`
     std::vector<std::pair<int, int>> around;  ///< faces and their local corners around the vertices
+
+    /// The corners of face k, for vertices at x. Entries beyond their count are zero.
+    std::array<Vec<D>, Face<D>::max_corners> corners_of(std::size_t k, const Vec<D>* x) const
+    {
+        std::array<Vec<D>, Face<D>::max_corners> r{};
+        for (int c = 0; c < faces[k].count; ++c) r[c] = x[vertices[k][c]];
+        return r;
+    }
 };
+
+template <int D>
+ORDO_FLAT inline Vec<D> unit(const Vec<D>& v)
+{
+    return v * (1.0 / norm(v));
+}
 
 template <int D>
 Outline<D> outline_of(const CellMesh<D>& mesh)
@@ -78,12 +92,10 @@ std::vector<std::array<Vec<D>, Face<D>::max_corners>> corner_normals(const Outli
     std::vector<std::array<Vec<D>, Face<D>::max_corners>> parts(count), r(count);
     std::vector<Vec<D>> normals(count);
     parallel_for_each(count, [&](std::ptrdiff_t k) {
-        Vec<D> at[Face<D>::max_corners]{};
+        const auto at     = outline.corners_of(k, x);
         const int corners = outline.faces[k].count;
-        for (int c = 0; c < corners; ++c) at[c] = x[outline.vertices[k][c]];
-        const Vec<D> area = face_area(at, corners);
-        normals[k]        = area * (1.0 / norm(area));
-        for (int c = 0; c < corners; ++c) parts[k][c] = part_of_normal<D>(at, corners, c);
+        normals[k]        = unit(face_area(at.data(), corners));
+        for (int c = 0; c < corners; ++c) parts[k][c] = part_of_normal<D>(at.data(), corners, c);
     });
     const double least = std::cos(crease);
     parallel_for_each(count, [&](std::ptrdiff_t k) {
@@ -94,7 +106,7 @@ std::vector<std::array<Vec<D>, Face<D>::max_corners>> corner_normals(const Outli
                 const auto [other, corner] = outline.around[i];
                 if (other == k || dot(normals[k], normals[other]) > least) sum += parts[other][corner];
             }
-            r[k][c] = sum * (1.0 / norm(sum));
+            r[k][c] = unit(sum);
         }
     });
     return r;
@@ -122,10 +134,8 @@ class CurvedFace {
     template <class T = double>
     using Place = Vec<D - 1, T>;
 
-    CurvedFace(const Vec<D>* x, const Vec<D>* n, int count) : count_(count)
+    CurvedFace(const Vec<D>* x, const Vec<D>* n, int count) : count_(count), normal_(unit(face_area(x, count)))
     {
-        const Vec<D> area = face_area(x, count);
-        normal_           = area * (1.0 / norm(area));
         for (int i = 0; i < count; ++i) {
             x_[i]               = x[i];
             const double across = dot(n[i], normal_);
@@ -211,10 +221,9 @@ class CurvedFace {
             }
         }
         if constexpr (D == 2)
-            r.normal = {r.along[0][1], -r.along[0][0]};
+            r.normal = unit(Vec<2>{r.along[0][1], -r.along[0][0]});
         else
-            r.normal = cross(r.along[0], r.along[1]);
-        r.normal = r.normal * (1.0 / norm(r.normal));
+            r.normal = unit(cross(r.along[0], r.along[1]));
         return r;
     }
     /// The change of place that brings the point nearest to one at a distance, to first order.

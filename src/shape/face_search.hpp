@@ -30,11 +30,12 @@ class FaceSearch {
         boxes_.resize(count);
         double width = 2 * reach;
         for (std::size_t k = 0; k < count; ++k) {
-            Box box{at(k, 0), at(k, 0)};
+            const auto at = outline.corners_of(k, x);
+            Box box{at[0], at[0]};
             for (int c = 1; c < outline.faces[k].count; ++c)
                 for (int a = 0; a < D; ++a) {
-                    box.low[a]  = std::min(box.low[a], at(k, c)[a]);
-                    box.high[a] = std::max(box.high[a], at(k, c)[a]);
+                    box.low[a]  = std::min(box.low[a], at[c][a]);
+                    box.high[a] = std::max(box.high[a], at[c][a]);
                 }
             double size = 0.0;
             for (int a = 0; a < D; ++a) size = std::max(size, box.high[a] - box.low[a]);
@@ -71,8 +72,7 @@ class FaceSearch {
     {
         constexpr double facing = -0.3;
         std::optional<Nearest<D>> best;
-        for (int a = 0; a < D; ++a)
-            if (!(x[a] >= all_.low[a] && x[a] <= all_.high[a])) return best;
+        if (!all_.has(x)) return best;
         Index<D> i{};
         for (int a = 0; a < D; ++a) i[a] = bin(a, x[a]);
         const std::int64_t here = key(i);
@@ -86,12 +86,7 @@ class FaceSearch {
         }
         return best;
     }
-    CurvedFace<D> face(int k) const
-    {
-        Vec<D> x[Face<D>::max_corners]{};
-        for (int c = 0; c < outline_.faces[k].count; ++c) x[c] = at(k, c);
-        return {x, n_[k].data(), outline_.faces[k].count};
-    }
+    CurvedFace<D> face(int k) const { return {outline_.corners_of(k, x_).data(), n_[k].data(), outline_.faces[k].count}; }
 
   private:
     struct Box {
@@ -103,7 +98,6 @@ class FaceSearch {
             return true;
         }
     };
-    const Vec<D>& at(std::size_t face, int corner) const { return x_[outline_.vertices[face][corner]]; }
     int bin(int a, double x) const
     {
         return static_cast<int>(std::clamp<double>((x - all_.low[a]) * per_m_[a], 0.0, static_cast<double>(bins_[a] - 1)));

@@ -309,7 +309,6 @@ TEST(Averaging, RemembersVolumes)
     for (const Averaging averaging : kAverages) {
         const Explicit<2> method(test::unit_box<2>(8, averaged(test::shape_spec(Basis::hat, Domain::parallelepiped), averaging)));
         State<2> s = wobbled(method, 60);
-        std::vector<Vec<2>> x(s.particles.x.begin(), s.particles.x.end());
         method.step(s, 1e-9);  // averages are those of the places before, to 1e-9
         std::vector<double> J(s.particles.J.begin(), s.particles.J.end()), own = J;
         prepare_averages(method.model(), s);
