@@ -56,6 +56,9 @@ ENERGIES = [("kinetic_energy", "kinetic", BLUE), ("strain_energy", "strain", ORA
             ("boundary_work", "taken by boundaries", PURPLE), ("traction_work", "taken by tractions", RED),
             ("body_force_work", "taken by body forces", TEAL), ("dissipated_energy", "dissipated", BROWN), ("damped_energy", "damped", GREY),
             ("artificial_viscosity_work", "artificial viscosity", LIME), ("stage_energy", "left between stages", BLACK)]
+# The same of contacts and obstacles: the end of their columns, label, colour.
+CONTACT_ENERGIES = [("_friction_work", "taken by friction", "#d05fa0"), ("_dissipation", "lost in impacts", "#6b4fd0"),
+                    ("_work", "taken by obstacles", PURPLE)]
 METADATA = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}  # of figures, by suffix
 WRITERS = {".mp4": "ffmpeg", ".gif": "pillow"}  # of movies, by suffix
 LONG, SHORT = 2.3, 0.9                          # sides of a panel, inches: the long one, the short one at least
@@ -225,12 +228,17 @@ def field_label(name, dim=None):
 
 
 def energy_curves(history):
-    """Energies and work over time as (label, colour, values), the last the sum of all columns of ENERGIES.
+    """Energies and work over time as (label, colour, values), the last the sum of all columns of ENERGIES and of contacts.
 
     Kinetic and strain energy always, others where they are not zero; of gravity the change since the start.
     """
     there = [row for row in ENERGIES if row[0] in history.dtype.names]
     curves = [(label, colour, history[c] - (history[c][0] if c == "potential_energy" else 0)) for c, label, colour in there]
+    names = [name[:-len("_friction_work")] for name in history.dtype.names if name.endswith("_friction_work")]
+    for end, label, colour in CONTACT_ENERGIES:
+        columns = [name + end for name in names if name + end in history.dtype.names]
+        if columns:
+            curves.append((label, colour, sum(history[column] for column in columns)))
     largest = max(np.abs(values).max() for _, _, values in curves)
     drawn = [c for k, c in enumerate(curves) if k < 2 or np.abs(c[2]).max() > 1e-9 * largest]
     return drawn + [("sum", BLACK, sum(values for _, _, values in curves))]

@@ -20,7 +20,8 @@ draw() {  # NAME, then options of `ordo_figures.py snapshots`
 
 [ $# -gt 0 ] || set -- two-disks wall-rebound two-balls ball-on-wall cantilever vibrating-bar pressure-ring \
     bimaterial-bar bimaterial-ring bimaterial-sphere touching-bodies oedometer incline strip-footing vertical-cut granular-column taylor-bar \
-    cook-membrane water-column dam-break
+    cook-membrane water-column dam-break two-disks-contact block-on-incline shaken-table spinning-rings hertz-contact two-spheres-contact \
+    block-on-plate
 for case in "$@"; do
     case $case in
     touching-bodies) draw "$case" --times 0.0,0.1,0.2 --field velocity ;;
@@ -43,6 +44,13 @@ for case in "$@"; do
     cantilever) draw "$case" --times 0.0,0.2,0.45 --field von_mises --curve probe_tip.csv:displacement_y ;;
     vibrating-bar) draw "$case" --times 0.002,0.004,0.011,0.013 --field displacement --curve energies ;;
     pressure-ring) draw "$case" --times 1.0,2.0,4.5 --field von_mises --curve probe_rim.csv:displacement_x ;;
+    two-disks-contact) draw "$case" --times 0.5,1.5,3.0 --field velocity --curve energies ;;
+    block-on-incline) draw "$case" --times 0.4,0.8,1.7 --field velocity --curve energies ;;
+    shaken-table) draw "$case" --times 0.5,1.2,2.2 --field velocity --curve history.csv:contact_0_force_x ;;
+    spinning-rings) draw "$case" --times 0.1,0.4,0.9 --field velocity --curve history.csv:contact_0_moment_z ;;
+    hertz-contact) draw "$case" --times 4,8,28 --field stress_yy --limits=-100,0 --curve history.csv:contact_0_force_y ;;
+    two-spheres-contact) draw "$case" --times 0.5,1.3,2.4 --field velocity --curve energies ;;
+    block-on-plate) draw "$case" --times 0.4,0.8,1.2 --field velocity --view=-60,20 --curve energies ;;
     bimaterial-bar)
         set -- "$case" --times 0.08,0.16,0.34,0.53 --field stress_yy --limits=-20000,160000 --curve probe_B.csv:stress_yy
         draw "$@"

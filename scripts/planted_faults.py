@@ -75,6 +75,9 @@ RESULTANTS = "pass:Tractions.ForceAndMomentAreExact"
 MOTIONS = "verify:Manufactured.DerivativesAreThoseOfTheMotion"
 BAR_STUDIES = "verify:Quick/Studies.MeetTheirBars/vibration_1d"
 BOX_STUDIES = "verify:Quick/Studies.MeetTheirBars/bent_box"
+BLOCK_ON_SLOPE = "pass:ContactImpulses.HoldABlockOnASlope"
+CONTACT_AREAS = "pass:ContactPoints.HaveTheGapAndTheAreaOfBothSidesIn2D"
+ONE_SWEEP = "pass:ContactImpulses.SolveAnEvenInterfaceInOneSweepIn2D"
 
 FAULTS = [
     # from particles to nodes
@@ -448,12 +451,31 @@ FAULTS = [
           "return @cross(next, last) * (1.0 / (dot(next, next) * dot(last, last)))@;", "cross(next, last)",
           "unit:Outline.NormalsAreExactOnCirclesAndSpheres"),
     fault("outline-without-edges", "edges of bodies are rounded", "shape/curved_face.hpp",
-          "if (@other == k || dot(normals[k], normals[other]) > least@) sum", "true", "unit:Outline.RimsAreSharpAndSidesRound"),
+          "if (@is_own || dot(normals[k], mirrored(normals[other], sign)) > least@)", "true", "unit:Outline.RimsAreSharpAndSidesRound"),
     fault("faces-flat", "faces are flat", "shape/curved_face.hpp",
           "return @u * v * (T(to_next_[i]) * v + T(to_last_[(i + 1) % count_]) * u)@;", "T(0.0)",
           "unit:CurvedFace.IsOfFourthOrderOnCirclesAndSpheres"),
     fault("contact-from-behind", "faces that look the same way are in contact", "shape/face_search.hpp",
           "|| @!(dot(foot.normal, n) < facing)@) continue;", "false", "unit:FaceSearch.EndsAtTheOutline"),
+    # contact
+    fault("contact-without-anchors", "points that stick forget how far they have slipped", "method/contact_points.cpp",
+          "point.anchor      = @turned(old->anchor, old->normal, point.normal)@;", "Vec<D>{}", BLOCK_ON_SLOPE),
+    fault("contact-area-of-face", "each corner of a face in contact counts all of it", "method/contact_points.cpp",
+          "const double share = 0.5 * @share_of_corner(at.data(), slave_.faces[face].count, corner)@;",
+          "norm(face_area(at.data(), slave_.faces[face].count))", CONTACT_AREAS),
+    fault("contact-one-sided", "only the first body of a pair has contact points", "method/contact_points.cpp",
+          "for (int side = 0; side < @2@; ++side) {\n            const int own = pair.surface[side], other = pair.surface[1 - side];\n"
+          "            const Outline", "1", CONTACT_AREAS),
+    fault("contact-on-flat-faces", "bodies meet on flat faces", "method/contact_points.cpp",
+          "normals_ = @corner_normals(*outline_, x_->data())@;", "corner_normals(*outline_, x_->data(), 0.0)", "pass:ContactPoints.LieOnCurvedFaces"),
+    fault("contact-normal-of-slave", "the normal is that of the vertex, out of the wrong body", "method/contact_points.cpp",
+          "point.normal = @found->foot.normal@;", "n", CONTACT_AREAS),
+    fault("contact-hasty-push-out", "overlaps are taken back in one step", "method/contact_step.cpp",
+          "return @(point.gap > 0 ? kClose : kPushOut) * rate(point) * point.gap@;", "point.gap / dt_", ONE_SWEEP),
+    fault("contact-late-friction", "friction follows the normal impulse before the sweep", "method/contact_step.cpp",
+          "const double limit = pair.friction * @point.p@ + dt_kick_", "p", ONE_SWEEP),
+    fault("contact-resists-alone", "the row sum of a contact point has only its own body", "method/contact_step.cpp",
+          "resistance_[q] += @points_[q].weight[c] * at[of[1 + c]]@;", "Vec<D>{}", ONE_SWEEP),
 ]
 
 

@@ -9,8 +9,13 @@ trap 'rm -r "$place"' EXIT
 failed=0
 for case in cases/*/case.toml; do
   name=$(basename "$(dirname "$case")")
-  end=$("$program" check "$case" | awk '/^\[/ {is_time = $0 == "[time]"} is_time && $1 == "end" {print $3 / 100}')
-  if "$program" run "$case" --set "time.end=$end" --output "$place/$name" --quiet &&
+  # The end, or the durations of all stages.
+  mapfile -t short < <("$program" check "$case" | awk '
+    /^\[/ {table = $0; stages += table == "[[stage]]"}
+    table == "[time]" && $1 == "end" {end = $3 / 100}
+    table == "[[stage]]" && $1 == "duration" {print "--set"; print "stage." (stages - 1) ".duration=" $3 / 100}
+    END {if (!stages) {print "--set"; print "time.end=" end}}')
+  if "$program" run "$case" "${short[@]}" --output "$place/$name" --quiet &&
     [ -s "$place/$name/particles_000001.vtu" ] && [ "$(wc -l <"$place/$name/history.csv")" -gt 2 ]; then
     echo "$name: $(($(wc -l <"$place/$name/history.csv") - 2)) rows of history"
   else

@@ -62,14 +62,19 @@ void list_materials()
 
 void list_shapes()
 {
+    auto list = [](const std::vector<io::ShapeInfo>& rows) {
+        for (const auto& s : rows) {
+            const std::string dims =
+                s.min_dim == s.max_dim ? fmt::format("{}D", s.min_dim) : fmt::format("{}D to {}D", s.min_dim, s.max_dim);
+            fmt::print("  {:<10} {} ({})\n", s.name, s.what, dims);
+            fmt::print("             needs {}{}{}\n", fmt::join(s.required, ", "), s.optional.empty() ? "" : "; takes ",
+                       fmt::join(s.optional, ", "));
+        }
+    };
     fmt::print("Shapes (body.shape)\n");
-    for (const auto& s : io::shapes()) {
-        const std::string dims =
-            s.min_dim == s.max_dim ? fmt::format("{}D", s.min_dim) : fmt::format("{}D to {}D", s.min_dim, s.max_dim);
-        fmt::print("  {:<10} {} ({})\n", s.name, s.what, dims);
-        fmt::print("             needs {}{}{}\n", fmt::join(s.required, ", "), s.optional.empty() ? "" : "; takes ",
-                   fmt::join(s.optional, ", "));
-    }
+    list(io::shapes());
+    fmt::print("Shapes of obstacles (obstacle.shape)\n");
+    list(io::obstacle_shapes());
 }
 
 void list_fields()

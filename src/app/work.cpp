@@ -255,12 +255,10 @@ class Counter {
     {
         auto count_where = [&](const Array<Lanes>& records, int size, int part, int lane, double& there) {
             if (records.empty()) return;
-            for (const Index<D>& block : s_.field.tiles.blocks())
-                s_.field.tiles.nodes_of(block).for_each(
-                    [&](const Index<D>& at) { there += records[s_.lattice.offset(at) * size + part][lane] > 0; });
+            s_.field.tiles.for_each_node(
+                [&](const Index<D>&, std::ptrdiff_t node) { there += records[node * size + part][lane] > 0; });
         };
-        for (const Index<D>& block : s_.field.tiles.blocks())
-            s_.field.tiles.nodes_of(block).for_each([&](const Index<D>&) { ++active_; });
+        s_.field.tiles.for_each_node([&](const Index<D>&, std::ptrdiff_t) { ++active_; });
         count_where(s_.field.nodes, 1, 0, NodeLane::mass, massive_);
         count_where(s_.cell_contents, 1, 0, NodeLane::volume, cells_);
         if (passes_.velocity_fit.size > 0) count_where(s_.velocity_records, passes_.velocity_fit.size, 0, 0, targets_);

@@ -132,7 +132,7 @@ class Constraints {
     Constraints(const std::vector<Condition<D>>& conditions, const Lattice<D>& lattice, const Tiles<D>& tiles)
     {
         std::vector<bool> covers(conditions.size());
-        for (const Index<D>& block : tiles.blocks()) {
+        for (const Block<D>& block : tiles.blocks()) {
             const IndexBox<D> nodes = tiles.nodes_of(block);
             if (std::none_of(conditions.begin(), conditions.end(), [&](const auto& b) { return may_cover(b, lattice, nodes); }))
                 continue;
@@ -141,7 +141,7 @@ class Constraints {
                 for (std::size_t k = 0; k < covers.size(); ++k) covers[k] = covers_in_periods(conditions[k], x, lattice);
                 for (int a = 0; a < D; ++a)
                     if (const int k = holding(conditions, a, [&](int c) { return covers[c]; }); k >= 0)
-                        add(conditions, k, a, lattice.offset(at), place_of(lattice, at), lattice.is_image(at));
+                        add(conditions, k, a, block.first_node + lattice.offset(at), place_of(lattice, at), lattice.is_image(at));
             });
         }
     }

@@ -22,7 +22,7 @@ class Halo {
     {
         for (int a = 0; a < D; ++a) {
             if (!lattice.periodic[a]) continue;
-            for (const Index<D>& block : tiles.blocks()) {
+            for (const Block<D>& block : tiles.blocks()) {
                 IndexBox<D> below = tiles.nodes_of(block), above = below;
                 below.hi[a] = std::min(below.hi[a], lattice.margin);
                 above.lo[a] = std::max(above.lo[a], lattice.margin + lattice.cells[a]);
@@ -30,7 +30,7 @@ class Halo {
                     ghosts.for_each([&](const Index<D>& k) {
                         Index<D> image = k;
                         image[a]       = lattice.periodic_image(a, k[a]);
-                        pairs_[a].push_back({lattice.offset(k), lattice.offset(image)});
+                        pairs_[a].push_back({block.first_node + lattice.offset(k), block.first_node + lattice.offset(image)});
                     });
             }
             // On longer periods a node has one ghost at most.

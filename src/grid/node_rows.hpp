@@ -48,7 +48,7 @@ struct RowLines {
     }
 };
 
-/// The rows of nodes, in the order of the lattice within a row of blocks: neighbours along the first axis have consecutive
+/// The rows of nodes of one velocity field, in the order of the lattice within a row of blocks: neighbours along the first axis have consecutive
 /// numbers, and neighbours along the others are still in the cache.
 template <int D>
 class NodeRows {
@@ -124,9 +124,9 @@ class NodeRows {
         r.reserve(tiles.blocks().size() * power_of(Tiles<D>::block_width, D - 1));
         std::ptrdiff_t line = 0;
         for (std::size_t k = 0; k < tiles.blocks().size(); ++k) {
-            const Index<D>& block = tiles.blocks()[k];
+            const Block<D>& block = tiles.blocks()[k];
             for (int a = 1; a < D; ++a)
-                if (k > 0 && block[a] != tiles.blocks()[k - 1][a]) line = static_cast<std::ptrdiff_t>(k);
+                if (k > 0 && block.at[a] != tiles.blocks()[k - 1].at[a]) line = static_cast<std::ptrdiff_t>(k);
             IndexBox<D> nodes = tiles.nodes_of(block);
             const int length  = nodes.hi[0] - nodes.lo[0];
             nodes.hi[0]       = nodes.lo[0] + 1;

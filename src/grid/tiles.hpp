@@ -1,4 +1,4 @@
-// Tiles of cells in 2^D colours, and the blocks of nodes that the material touches.
+// Tiles of cells in 2^D colours, and the blocks of nodes that the material touches, in each velocity field of the grid.
 // Tiles of one colour share no node, so a scatter needs no atomics and sums in one order for any number of threads.
 #pragma once
 
@@ -19,8 +19,18 @@ namespace ordo {
 
 /// A tile that holds the particles [begin, end).
 struct Tile {
-    int begin = 0;
-    int end   = 0;
+    int begin                 = 0;
+    int end                   = 0;
+    std::ptrdiff_t first_node = 0;  ///< where the records of its velocity field begin
+};
+
+/// A block of nodes, by its place among the blocks of the lattice.
+template <int D>
+struct Block {
+    Index<D> at{};
+    std::ptrdiff_t first_node = 0;  ///< where the records of its velocity field begin
+
+    bool operator==(const Block&) const = default;
 };
 
 /// The tiles and blocks of nodes of the last sort, for checkpoints: particles that have moved since do not determine them.
@@ -31,7 +41,9 @@ struct TileRecord {
 };
 
 /// The tiles that hold particles, and the blocks of nodes, `block_width` a side, that these may write to. A tile is `width`
-/// cells a side, a whole number of blocks; its particles may write up to `halo` cells beyond it.
+/// cells a side, a whole number of blocks; its particles may write up to `halo` cells beyond it. Particles of different velocity
+/// fields are in different tiles and write to different nodes: the records of field k are those of the lattice, k times their
+/// count further on.
 template <int D>
 class Tiles {
   public:
@@ -39,8 +51,8 @@ class Tiles {
     static constexpr int block_width  = 4;
 
     Tiles() = default;
-    Tiles(const Lattice<D>& lattice, int halo, std::ptrdiff_t particles = 0)
-        : lattice_(lattice), halo_(halo), width_(width_for(halo, lattice.basis.degree, particles))
+    Tiles(const Lattice<D>& lattice, int halo, std::ptrdiff_t particles = 0, int fields = 1)
+        : lattice_(lattice), halo_(halo), width_(width_for(halo, lattice.basis.degree, particles)), fields_(fields)
     {
         for (int a = 0; a < D; ++a) {
             count_[a]       = (lattice.nodes[a] + width_ - 1) / width_;
@@ -63,10 +75,11 @@ class Tiles {
     int width() const { return width_; }
     int halo() const { return halo_; }
     const std::vector<Tile>& tiles() const { return tiles_; }
-    const std::vector<Index<D>>& blocks() const { return blocks_; }
+    const std::vector<Block<D>>& blocks() const { return blocks_; }
+    int fields() const { return fields_; }
 
-    /// The sort key of a cell: by tile, then by cell within the tile.
-    std::uint64_t key(const Index<D>& cell) const
+    /// The sort key of a cell: by field, by tile, then by cell within the tile.
+    std::uint64_t key(const Index<D>& cell, int field = 0) const
     {
         Index<D> tile{};
         std::uint64_t inner = 0;
@@ -75,16 +88,11 @@ class Tiles {
             tile[a] = cell[a] / width_;
             inner   = inner * width_ + cell[a] % width_;
         }
-        return flatten(tile, count_) * cells_per_tile_ + inner;
+        return (field * total(count_) + flatten(tile, count_)) * cells_per_tile_ + inner;
     }
 
     /// One more than the largest key.
-    std::uint64_t key_end() const
-    {
-        std::uint64_t n = cells_per_tile_;
-        for (int a = 0; a < D; ++a) n *= count_[a];
-        return n;
-    }
+    std::uint64_t key_end() const { return cells_per_tile_ * total(count_) * fields_; }
 
     /// Sets up tiles, colours and node blocks for particles in the order of their sorted keys.
     void assign(std::span<const std::uint64_t> sorted_keys)
@@ -95,7 +103,7 @@ class Tiles {
             const std::uint64_t tile = *begin / cells_per_tile_;
             const auto end           = std::lower_bound(begin, sorted_keys.end(), (tile + 1) * cells_per_tile_);
             add_tile(tile, static_cast<int>(end - sorted_keys.begin()));
-            add_blocks(unflatten(tile, count_), {begin, end}, touched);
+            add_blocks(tile, {begin, end}, touched);
             begin = end;
         }
         std::sort(touched.begin(), touched.end());
@@ -119,7 +127,7 @@ class Tiles {
             return !list.empty() && std::adjacent_find(list.begin(), list.end(), std::greater_equal<>()) == list.end();
         };
         auto is_within = [&](const std::vector<std::uint64_t>& keys, const Index<D>& count) {
-            return ascends(keys) && keys.back() <= flatten(count - Index<D>::filled(1), count);
+            return ascends(keys) && keys.back() < total(count) * fields_;
         };
         const auto& ends = record.ends;
         if (record.tiles.size() != ends.size() || !is_within(record.tiles, count_) || !is_within(record.blocks, block_count_) ||
@@ -149,14 +157,22 @@ class Tiles {
     }
 
     /// The nodes of a block.
-    IndexBox<D> nodes_of(const Index<D>& block) const
+    IndexBox<D> nodes_of(const Block<D>& block) const
     {
         IndexBox<D> r{};
         for (int a = 0; a < D; ++a) {
-            r.lo[a] = block[a] * block_width;
+            r.lo[a] = block.at[a] * block_width;
             r.hi[a] = std::min(r.lo[a] + block_width, lattice_.nodes[a]);
         }
         return r;
+    }
+
+    /// f(place in the lattice, record) for all nodes of all blocks, one after the other.
+    template <class F>
+    void for_each_node(F&& f) const
+    {
+        for (const Block<D>& block : blocks_)
+            nodes_of(block).for_each([&](const Index<D>& at) { f(at, block.first_node + lattice_.offset(at)); });
     }
 
     /// f(k) for the places k of all blocks in blocks(), in parallel. A thread takes several at a time: a single block may cost
@@ -178,7 +194,7 @@ class Tiles {
     void for_each_node_run(F&& f) const
     {
         for_each_block_run([&](std::ptrdiff_t, std::ptrdiff_t first, std::ptrdiff_t end) { f(first, end); });
-        const auto first = static_cast<std::ptrdiff_t>(lattice_.node_count());
+        const std::ptrdiff_t first = first_node(fields_);
         parallel_pieces(extra_nodes_, [&](std::ptrdiff_t begin, std::ptrdiff_t end) { f(first + begin, first + end); });
     }
     /// Sets the number of extra nodes, whose records follow those of the grid.
@@ -192,7 +208,7 @@ class Tiles {
             const int length = rows.hi[0] - rows.lo[0];
             rows.hi[0]       = rows.lo[0] + 1;
             rows.for_each([&](const Index<D>& at) {
-                const std::ptrdiff_t first = lattice_.offset(at);
+                const std::ptrdiff_t first = blocks_[k].first_node + lattice_.offset(at);
                 f(k, first, first + length);
             });
         });
@@ -206,13 +222,15 @@ class Tiles {
         return c;
     }
 
-    /// Whether the node belongs to a block that the material touches; records of other nodes are undefined.
-    bool is_active(const Index<D>& node) const
+    /// Whether the node belongs to a block that the material of a field touches; records of other nodes are undefined.
+    bool is_active(const Index<D>& node, int field = 0) const
     {
         Index<D> block = node;
         for (int a = 0; a < D; ++a) block[a] /= block_width;
-        return std::binary_search(block_keys_.begin(), block_keys_.end(), flatten(block, block_count_));
+        return std::binary_search(block_keys_.begin(), block_keys_.end(), block_key(block, field));
     }
+    /// Where the records of a field begin.
+    std::ptrdiff_t first_node(int field) const { return field * static_cast<std::ptrdiff_t>(lattice_.node_count()); }
 
   private:
     /// Below a thousand particles threads gained nothing (2D cpdi1 on 2 cores, 2026-11), and on a busy machine waiting for
@@ -225,6 +243,13 @@ class Tiles {
         for (int a = D - 1; a >= 0; --a) k = k * count[a] + t[a];
         return k;
     }
+    static std::uint64_t total(const Index<D>& count) { return flatten(count - Index<D>::filled(1), count) + 1; }
+    /// The key of a block in a field.
+    std::uint64_t block_key(const Index<D>& block, std::uint64_t field) const
+    {
+        return field * total(block_count_) + flatten(block, block_count_);
+    }
+    /// The place that a key stands for, without the field.
     static Index<D> unflatten(std::uint64_t k, const Index<D>& count)
     {
         Index<D> t{};
@@ -244,13 +269,14 @@ class Tiles {
     void add_tile(std::uint64_t key, int end)
     {
         colours_[colour(unflatten(key, count_))].push_back(static_cast<int>(tiles_.size()));
-        tiles_.push_back({tiles_.empty() ? 0 : tiles_.back().end, end});
+        tiles_.push_back({tiles_.empty() ? 0 : tiles_.back().end, end, first_node(static_cast<int>(key / total(count_)))});
         tile_keys_.push_back(key);
     }
     void set_blocks(std::vector<std::uint64_t> keys)
     {
         blocks_.clear();
-        for (const std::uint64_t b : keys) blocks_.push_back(unflatten(b, block_count_));
+        for (const std::uint64_t b : keys)
+            blocks_.push_back({unflatten(b, block_count_), first_node(static_cast<int>(b / total(block_count_)))});
         block_keys_ = std::move(keys);
     }
     /// How many nodes below its cell a particle may write to until the next sort, and one more; `degree` more above the cell.
@@ -258,8 +284,10 @@ class Tiles {
 
     /// Adds the blocks that particles in the cells of these keys, all of one tile, may write to. Whole blocks within `reach` are
     /// left to add_neighbours, which adds them for all tiles.
-    void add_blocks(const Index<D>& tile, std::span<const std::uint64_t> keys, std::vector<std::uint64_t>& blocks) const
+    void add_blocks(std::uint64_t tile_key, std::span<const std::uint64_t> keys, std::vector<std::uint64_t>& blocks) const
     {
+        const Index<D> tile       = unflatten(tile_key, count_);
+        const std::uint64_t field = tile_key / total(count_);
         const int below = reach() % block_width, above = below + lattice_.basis.degree;
         IndexBox<D> around{};
         Index<D> size{};
@@ -283,7 +311,7 @@ class Tiles {
             box.for_each([&](const Index<D>& b) { is_touched[flatten(b - around.lo, size)] = 1; });
         }
         around.for_each([&](const Index<D>& b) {
-            if (is_touched[flatten(b - around.lo, size)]) blocks.push_back(flatten(b, block_count_));
+            if (is_touched[flatten(b - around.lo, size)]) blocks.push_back(block_key(b, field));
         });
     }
     /// Adds `more` to the sorted keys of blocks, without duplicates.
@@ -317,12 +345,13 @@ class Tiles {
             if (!lattice_.periodic[a]) continue;
             std::vector<std::uint64_t> images;
             for (std::uint64_t key : blocks) {
-                Index<D> b           = unflatten(key, block_count_);
-                const IndexBox<D> at = nodes_of(b);
+                Index<D> b                = unflatten(key, block_count_);
+                const std::uint64_t field = key / total(block_count_);
+                const IndexBox<D> at      = nodes_of({b});
                 for (int k = at.lo[a]; k < at.hi[a]; ++k)
                     for (int image = k % lattice_.cells[a]; image < lattice_.nodes[a]; image += lattice_.cells[a]) {
                         b[a] = image / block_width;
-                        if (image != k) images.push_back(flatten(b, block_count_));
+                        if (image != k) images.push_back(block_key(b, field));
                     }
             }
             std::sort(images.begin(), images.end());
@@ -334,12 +363,13 @@ class Tiles {
     Lattice<D> lattice_{};
     int halo_                     = 0;
     int width_                    = block_width;
+    int fields_                   = 1;
     std::uint64_t cells_per_tile_ = 1;
     Index<D> count_{}, block_count_{};  ///< tiles and blocks along each axis
     std::vector<Tile> tiles_;
     std::vector<std::uint64_t> tile_keys_;  ///< their numbers
     std::array<std::vector<int>, colour_count> colours_;
-    std::vector<Index<D>> blocks_;
+    std::vector<Block<D>> blocks_;
     std::vector<std::uint64_t> block_keys_;  ///< of blocks_, sorted
     std::ptrdiff_t extra_nodes_ = 0;
 };

@@ -150,15 +150,14 @@ class WallNodes {
         : tolerance_(1e-9 * *std::min_element(lattice.h.c, lattice.h.c + D)), walls_(walls.size())
     {
         if (walls.empty()) return;
-        for (const Index<D>& block : tiles.blocks())
-            tiles.nodes_of(block).for_each([&](const Index<D>& at) {
-                Vec<D> x{};
-                for (int a = 0; a < D; ++a) x[a] = lattice.node_position(a, at[a]);
-                bool is_near = false;
-                for (std::size_t k = 0; k < walls.size(); ++k)
-                    is_near = is_near || walls[k].moves() || walls[k].distance(x, shifts[k]) <= tolerance_;
-                if (is_near) nodes_.push_back({lattice.offset(at), x, {}, lattice.is_image(at)});
-            });
+        tiles.for_each_node([&](const Index<D>& at, std::ptrdiff_t node) {
+            Vec<D> x{};
+            for (int a = 0; a < D; ++a) x[a] = lattice.node_position(a, at[a]);
+            bool is_near = false;
+            for (std::size_t k = 0; k < walls.size(); ++k)
+                is_near = is_near || walls[k].moves() || walls[k].distance(x, shifts[k]) <= tolerance_;
+            if (is_near) nodes_.push_back({node, x, {}, lattice.is_image(at)});
+        });
         grips_.assign(nodes_.size() * walls_, Grip::none);
     }
 

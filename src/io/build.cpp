@@ -4,6 +4,7 @@
 #include "io/load.hpp"
 #include "io/mesh_file.hpp"
 #include "io/particle_file.hpp"
+#include "io/stl.hpp"
 #include "method/place.hpp"
 
 #include <algorithm>
@@ -79,6 +80,7 @@ setup::BodyShape<D> shape_of(const BodyInput& b)
     if (b.shape == "particles") return read_particles<D>(b);
     if (b.shape == "mesh") return mesh_of<D>(b);
     if (b.shape == "box") return box_of<D>(b);
+    if (b.shape == "ball" && b.cells == "polar") return setup::PolarBall<D>{ball_of<D>(b), b.radial, b.angular};
     if (b.shape == "ball") return ball_of<D>(b);
     return setup::TubeShape<D>{tube_of<D>(b), b.cells == "polar", b.radial, b.angular, b.layers};
 }
@@ -181,6 +183,58 @@ setup::TractionSpec<D> traction_of(const TractionInput& t, const CaseInput& in)
     return r;
 }
 
+setup::ContactSpec contact_of(const ContactInput& c, const CaseInput& in)
+{
+    const auto type = std::find(kContactNames.begin(), kContactNames.end(), c.type) - kContactNames.begin();
+    return {.name     = c.name,
+            .bodies   = is_of_all(c) ? std::vector<int>{} : numbers_of(c.bodies, in.bodies),
+            .type     = static_cast<ContactType>(type),
+            .friction = c.friction.value_or(0.0),
+            .adhesion = c.adhesion.value_or(0.0),
+            .sweeps   = c.sweeps};
+}
+
+template <int D>
+Solid<D> solid_of(const ObstacleInput& o)
+{
+    if (o.shape == "half-space") {
+        const Vec<D> normal = to_vec<D>(o.normal);
+        return HalfSpace<D>{to_vec<D>(o.point), (1 / norm(normal)) * normal};
+    }
+    if (o.shape == "box") return box_of<D>(o);
+    if (o.shape == "ball") return ball_of<D>(o);
+    if (o.shape == "cylinder")
+        return Cylinder<D>{to_vec<D>(o.center), *o.radius, *o.height, o.axis.empty() ? 2 : o.axis[0] - 'x'};
+    try {
+        return TriangleSurface(read_stl(o.file, o.scale));
+    } catch (const InputError& e) {
+        o.fail("file", e.what());
+    }
+}
+
+template <int D>
+setup::ObstacleSpec<D> obstacle_of(const ObstacleInput& o, const CaseInput& in)
+{
+    const auto type = std::find(kContactNames.begin(), kContactNames.end(), o.type) - kContactNames.begin();
+    setup::ObstacleSpec<D> r{.contact  = {.name     = o.name,
+                                          .bodies   = is_of_all(o.bodies) ? std::vector<int>{} : numbers_of(o.bodies, in.bodies),
+                                          .type     = static_cast<ContactType>(type),
+                                          .friction = o.friction.value_or(0.0),
+                                          .adhesion = o.adhesion.value_or(0.0),
+                                          .sweeps   = o.sweeps},
+                             .solid    = solid_of<D>(o),
+                             .velocity = make_vector_field<D>(o.velocity),
+                             .mass     = o.mass};
+    if (!o.center.empty()) r.center = to_vec<D>(o.center);
+    for (std::size_t a = 0; a < o.rotation.size(); ++a) r.spin[D == 3 ? a : 2] = make_field(o.rotation[a]);
+    for (const std::string& one : o.held)
+        if (one == "rotation")
+            r.holds_spin = true;
+        else
+            r.held[one[0] - 'x'] = true;
+    return r;
+}
+
 setup::StageSpec stage_of(const StageInput& s, const Damping& damping, const CaseInput& in)
 {
     setup::StageSpec r{.name      = s.name,
@@ -210,6 +264,8 @@ setup::CaseSpec<D> spec_of(const CaseInput& in)
     for (const BoundaryInput& b : in.boundaries)
         for (std::size_t k = 0; k < b.count(); ++k) spec.boundaries.push_back(boundary_of<D>(b, k, in));
     for (const TractionInput& t : in.tractions) spec.tractions.push_back(traction_of<D>(t, in));
+    for (const ContactInput& c : in.contacts) spec.contacts.push_back(contact_of(c, in));
+    for (const ObstacleInput& o : in.obstacles) spec.obstacles.push_back(obstacle_of<D>(o, in));
     for (std::size_t k = 0; k < in.stages.size(); ++k) spec.stages.push_back(stage_of(in.stages[k], in.damping_of_stages[k], in));
     return spec;
 }
@@ -250,6 +306,8 @@ const BoundaryInput& table_of(const std::vector<BoundaryInput>& boundaries, int 
     case Part::material: in.materials.at(k).fail(e.key, e.why);
     case Part::stage: in.stages.at(k).fail(e.key, e.why);
     case Part::traction: in.tractions.at(k).fail(e.key, e.why);
+    case Part::contact: in.contacts.at(k).fail(e.key, e.why);
+    case Part::obstacle: in.obstacles.at(k).fail(e.key, e.why);
     case Part::body: fail_in_body(in.bodies.at(k), e);
     case Part::boundary: break;
     }

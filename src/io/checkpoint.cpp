@@ -21,7 +21,7 @@ namespace ordo::io {
 
 namespace {
 
-constexpr int kFormat             = 7;    ///< of the file; raise it with every change of its content
+constexpr int kFormat             = 8;    ///< of the file; raise it with every change of its content
 constexpr std::size_t kHead       = 512;  ///< bytes of text before HDF5 begins (HDF5's user block)
 constexpr std::string_view kFirst = "ordo checkpoint\n";
 
@@ -122,6 +122,11 @@ std::string identity_of(CaseInput input)
         files += identity_of_file(b.file);
         b.file = std::filesystem::path(b.file).filename().string();
     }
+    for (ObstacleInput& o : input.obstacles) {
+        if (o.file.empty()) continue;
+        files += identity_of_file(o.file);
+        o.file = std::filesystem::path(o.file).filename().string();
+    }
     return echo_case(input) + files;
 }
 
@@ -200,6 +205,54 @@ void for_each_number(State<D>& s, F&& f)
         f(fmt::format("boundary_work_{}", k).c_str(), s.account.boundaries[k].work);
     for (std::size_t k = 0; k < s.account.tractions.size(); ++k)
         f(fmt::format("traction_work_{}", k).c_str(), s.account.tractions[k].work);
+    for (std::size_t k = 0; k < s.contacts.pairs.size(); ++k) {
+        f(fmt::format("contact_friction_{}", k).c_str(), s.contacts.pairs[k].friction);
+        f(fmt::format("contact_dissipation_{}", k).c_str(), s.contacts.pairs[k].dissipated);
+    }
+    for (std::size_t k = 0; k < s.contacts.obstacles.size(); ++k) {
+        ObstacleMotion<D>& o = s.contacts.obstacles[k];
+        auto visit           = [&](std::string_view what, double& x) { f(fmt::format("obstacle_{}_{}", k, what).c_str(), x); };
+        for (int a = 0; a < D; ++a) visit(fmt::format("center_{}", a), o.center[a]);
+        for (std::size_t a = 0; a < 4; ++a) visit(fmt::format("turn_{}", a), o.turn[a]);
+        for (int a = 0; a < D; ++a) visit(fmt::format("velocity_{}", a), o.velocity[a]);
+        for (int a = 0; a < 3; ++a) visit(fmt::format("spin_{}", a), o.spin[a]);
+        visit("friction", o.exchange.friction);
+        visit("dissipation", o.exchange.dissipated);
+        visit("work", o.work);
+    }
+}
+
+/// The points that press or are tied: keys as four whole numbers; normals, anchors and impulses as 2 D + 1 real ones.
+template <int D>
+void add_anchors(Hdf5Writer& out, const std::vector<ContactPoint<D>>& points)
+{
+    std::vector<std::int32_t> keys;
+    std::vector<double> numbers;
+    for (const ContactPoint<D>& q : points) {
+        if (!(q.p > 0 || q.is_tied)) continue;
+        keys.insert(keys.end(), {q.key.pair, q.key.side, q.key.vertex, q.key.ordinal});
+        numbers.insert(numbers.end(), q.normal.c, q.normal.c + D);
+        numbers.insert(numbers.end(), q.anchor.c, q.anchor.c + D);
+        numbers.push_back(q.p);
+    }
+    out.add("contact_keys", keys);
+    out.add("contact_anchors", numbers);
+}
+template <int D>
+std::vector<ContactPoint<D>> read_anchors(const Hdf5Reader& in)
+{
+    const auto keys               = in.list<std::int32_t>("contact_keys");
+    const auto numbers            = in.list<double>("contact_anchors");
+    constexpr std::size_t columns = 2 * D + 1;
+    if (keys.size() % 4 != 0 || numbers.size() != keys.size() / 4 * columns) throw InputError("its contacts do not match");
+    std::vector<ContactPoint<D>> r(keys.size() / 4);
+    for (std::size_t k = 0; k < r.size(); ++k) {
+        r[k].key = {keys[4 * k], keys[4 * k + 1], keys[4 * k + 2], keys[4 * k + 3]};
+        std::copy_n(&numbers[columns * k], D, r[k].normal.c);
+        std::copy_n(&numbers[columns * k + D], D, r[k].anchor.c);
+        r[k].p = numbers[columns * k + 2 * D];
+    }
+    return r;
 }
 
 /// f(name, list) for the lists of `w`, f(name, step) for its steps.
@@ -228,6 +281,7 @@ void add_state(Hdf5Writer& out, State<D>& s)
     for_each_array(s.particles, [&]<class T>(const std::string& name, const ArrayOf<T>& array) {
         out.add(name, ArrayOf<const T>{array.data, array.rows, array.columns});
     });
+    if (s.contacts.are_there()) add_anchors(out, s.contacts.points);
     const TileRecord layout = s.field.tiles.record();
     out.add("layout_tiles", layout.tiles);
     out.add("layout_ends", layout.ends);
@@ -241,6 +295,7 @@ void read_state(const Hdf5Reader& in, const Model<D>& model, State<D>& s)
 {
     for_each_array(s.particles, [&](const std::string& name, const auto& array) { in.read(name, array); });
     for_each_number(s, [&](const char* name, double& x) { in.read(name, ArrayOf<double>{&x, 1, 1}); });
+    if (s.contacts.are_there()) s.contacts.points = read_anchors<D>(in);
     std::int32_t halo = 0;
     in.read("layout_halo", ArrayOf<std::int32_t>{&halo, 1, 1});
     TileRecord layout{in.list<std::uint64_t>("layout_tiles"), in.list<std::int32_t>("layout_ends"),

@@ -253,18 +253,19 @@ const Section<BodyInput>& body_section()
         std::vector<std::string> names;
         for (const ShapeInfo& i : shapes()) names.push_back(i.name);
         Section<BodyInput> section{
-            .name = "body", .what = "A body. Bodies interact through the common grid: contact without slip.", .repeated = true,
+            .name = "body", .what = "A body. Bodies stick together where they share cells of the grid, unless a [[contact]] lets them slide and part.", .repeated = true,
             .keys = {
                 {&BodyInput::name, {.name = "name", .what = "for messages", .default_text = "body and its number"}},
                 {&BodyInput::material, {.name = "material", .what = "name of a [[material]]", .required = true}},
                 {&BodyInput::shape, {.name = "shape", .what = "see `ordo list shapes`", .required = true, .choices = names}},
                 {&BodyInput::cells, {.name = "cells",
-                    .what = "particle cells: sub-cells of the grid, or polar cells with exact volumes (ring, hollow cylinder)",
+                    .what = "particle cells of a round body: sub-cells of the grid, or polar cells, which fit it: rings of cells with "
+                            "corners on circles; in a ball or solid cylinder around a square or cube core (2D, 3D)",
                     .default_text = "\"cartesian\"", .choices = {"cartesian", "polar"}}},
                 {&BodyInput::radial, {.name = "radial",
-                    .what = "polar cells along the radius", .default_text = "from particles_per_cell", .min = 1}},
+                    .what = "polar cells along the radius; without a hole: around the core", .default_text = "from particles_per_cell", .min = 1}},
                 {&BodyInput::angular, {.name = "angular",
-                    .what = "polar cells along the angle", .default_text = "from particles_per_cell", .min = 1}},
+                    .what = "polar cells along the angle; without a hole: a multiple of 4, the core has a quarter of it along each side", .default_text = "from particles_per_cell", .min = 1}},
                 {&BodyInput::layers, {.name = "layers",
                     .what = "polar cells along the axis of a cylinder", .default_text = "from particles_per_cell", .min = 1}},
                 {&BodyInput::file, {.name = "file",
@@ -392,6 +393,98 @@ const Section<TractionInput>& traction_section()
                 .unit = "Pa", .required = true}},
             {&TractionInput::stages, {.name = "stages",
                 .what = "names of the [[stage]]s in which it acts", .default_text = "all"}}}};
+    return s;
+}
+
+/// The keys that say how surfaces act on each other, of contacts and obstacles.
+template <class Owner>
+std::vector<Key<Owner>> law_keys()
+{
+    return {
+        {&Owner::type, {.name = "type",
+            .what = "frictional: Coulomb's law; frictionless; no-slip: bodies part but never slide; tied: what touches at the start (to a "
+                    "twentieth of a cell) neither parts nor slides, what meets later does not slide",
+            .choices = {kContactNames.begin(), kContactNames.end()}}},
+        {&Owner::friction, {.name = "friction", .what = "Coulomb's coefficient, of frictional", .default_text = "0", .min = 0}},
+        {&Owner::adhesion, {.name = "adhesion",
+            .what = "shear stress that holds in addition to friction where bodies press, of frictional", .unit = "Pa", .default_text = "0",
+            .min = 0}},
+        {&Owner::sweeps, {.name = "sweeps",
+            .what = "over all points in a step; one is enough but for piles of stiff bodies. The largest of all contacts counts",
+            .min = 1, .max = 1000}}};
+}
+
+const Section<ContactInput>& contact_section()
+{
+    static const Section<ContactInput> s = [] {
+        Section<ContactInput> section{
+        .name = "contact",
+        .what = "Contact between each two of some bodies, which meet at their true faces, slide and part (docs/contact.md). Bodies without "
+                "contact stick together where they share cells of the grid. Methods with corners only: domain parallelepiped, cell or "
+                "simplex. history.csv has the force, moment and work of each pair.",
+        .repeated = true,
+        .keys = {
+            {&ContactInput::name, {.name = "name",
+                .what = "of the columns in history.csv: letters, digits and _", .default_text = "contact_ and its number"}},
+            {&ContactInput::bodies, {.name = "bodies",
+                .what = "names of two or more [[body]]s, or \"all\"", .required = true}}}};
+        for (auto& key : law_keys<ContactInput>()) section.keys.push_back(std::move(key));
+        return section;
+    }();
+    return s;
+}
+
+const Section<ObstacleInput>& obstacle_section()
+{
+    static const Section<ObstacleInput> s = [] {
+        std::vector<std::string> names;
+        for (const ShapeInfo& i : obstacle_shapes()) names.push_back(i.name);
+        Section<ObstacleInput> section{
+            .name = "obstacle",
+            .what = "A rigid solid that bodies meet at their true faces, slide along and leave. It moves as given, or by the forces on it if it "
+                    "has mass. Methods with domain parallelepiped, cell or simplex; with domain point or box, and scheme musl, each particle "
+                    "is a point of contact. history.csv has the force of the bodies on it, the moment of this force about its centre, the "
+                    "energy that friction and contact took, the work of the bodies on it, and its place and motion.",
+            .repeated = true,
+            .keys = {
+                {&ObstacleInput::name, {.name = "name",
+                    .what = "of the columns in history.csv: letters, digits and _", .default_text = "obstacle_ and its number"}},
+                {&ObstacleInput::shape, {.name = "shape", .what = "see `ordo list shapes`", .required = true, .choices = names}},
+                {&ObstacleInput::point, {.name = "point", .what = "a point on the surface of a half-space", .unit = "m", .per_axis = true}},
+                {&ObstacleInput::normal, {.name = "normal",
+                    .what = "direction out of a half-space, towards the bodies, of any length", .per_axis = true}},
+                {&ObstacleInput::lower, {.name = "lower", .what = "smallest coordinates of a box", .unit = "m", .per_axis = true}},
+                {&ObstacleInput::upper, {.name = "upper", .what = "largest coordinates of a box", .unit = "m", .per_axis = true}},
+                {&ObstacleInput::center, {.name = "center",
+                    .what = "centre of a ball or cylinder; of other shapes the point about which they turn", .unit = "m",
+                    .default_text = "the middle of a box, the centre of volume of a closed stl surface, the middle of the bounds of an open one, "
+                                    "the point of a half-space", .per_axis = true}},
+                {&ObstacleInput::radius, {.name = "radius", .what = "of a ball or cylinder", .unit = "m", .min = 0, .open_min = true}},
+                {&ObstacleInput::height, {.name = "height",
+                    .what = "length of a cylinder along its axis", .unit = "m", .min = 0, .open_min = true}},
+                {&ObstacleInput::axis, {.name = "axis", .what = "of a cylinder", .default_text = "\"z\"", .choices = {"x", "y", "z"}}},
+                {&ObstacleInput::file, {.name = "file",
+                    .what = "STL file, binary or text, relative to the case file; corners of triangles go round counterclockwise, seen from "
+                            "outside. An open surface acts on the side of its normals"}},
+                {&ObstacleInput::scale, {.name = "scale",
+                    .what = "factor on the coordinates of the file, such as 0.001 for millimetres", .min = 0, .open_min = true}},
+                {&ObstacleInput::velocity, {.name = "velocity",
+                    .what = "velocity of the centre, a function of t; with mass that at the start", .unit = "m/s", .default_text = "0 per axis",
+                    .per_axis = true}},
+                {&ObstacleInput::rotation, {.name = "rotation",
+                    .what = "angular velocity about the centre, a function of t: one value in 2D, three in 3D; with mass that at the start",
+                    .unit = "rad/s", .default_text = "0"}},
+                {&ObstacleInput::mass, {.name = "mass",
+                    .what = "the obstacle moves by gravity and the forces of bodies, with the inertia of a solid of equal density; in 2D of a "
+                            "metre of depth. Damping does not act on it", .unit = "kg", .default_text = "none: it moves as given", .min = 0,
+                    .open_min = true}},
+                {&ObstacleInput::held, {.name = "held",
+                    .what = "with mass: axes along which it moves as velocity says, and rotation if it turns as rotation says",
+                    .choices = {"x", "y", "z", "rotation"}}},
+                {&ObstacleInput::bodies, {.name = "bodies", .what = "names of the [[body]]s that meet it, or \"all\""}}}};
+        for (auto& key : law_keys<ObstacleInput>()) section.keys.push_back(std::move(key));
+        return section;
+    }();
     return s;
 }
 
@@ -940,13 +1033,13 @@ std::vector<std::string> names_of(const std::vector<T>& items)
 }
 
 /// Checks that the shape exists in `dim` dimensions and that the table has its keys, and of others only `allowed`.
-void require_keys_of_shape(const ShapeInput& in, int dim, std::vector<std::string> allowed)
+void require_keys_of_shape(const ShapeInput& in, int dim, std::vector<std::string> allowed,
+                           const std::vector<ShapeInfo>& known = shapes())
 {
-    const ShapeInfo& shape =
-        *std::find_if(shapes().begin(), shapes().end(), [&](const ShapeInfo& s) { return s.name == in.shape; });
+    const ShapeInfo& shape = *std::find_if(known.begin(), known.end(), [&](const ShapeInfo& s) { return s.name == in.shape; });
     if (dim < shape.min_dim || dim > shape.max_dim) {
         std::string there;
-        for (const ShapeInfo& s : shapes())
+        for (const ShapeInfo& s : known)
             if (dim >= s.min_dim && dim <= s.max_dim) there += (there.empty() ? "" : ", ") + s.name;
         in.fail("shape", fmt::format("\"{}\" does not exist in {}D; there is {}", in.shape, dim, there));
     }
@@ -1148,6 +1241,46 @@ void require_unique_names(const std::vector<T>& items, const char* what)
             item.fail("name", fmt::format("there is another {} called \"{}\"; names must differ", what, item.name));
 }
 
+/// The path of a file, which the input gives relative to that of the case.
+std::string resolve_path(const std::string& name, const std::filesystem::path& case_file)
+{
+    const std::filesystem::path given(name);
+    return (given.is_absolute() ? given : std::filesystem::absolute(case_file).parent_path() / given).lexically_normal().string();
+}
+
+void validate_contact(ContactInput& in, std::size_t k, const CaseInput& c)
+{
+    settle_name(in, "contact", k);
+    if (is_of_all(in)) return;
+    require_known(in, "bodies", in.bodies, names_of(c.bodies), "[[body]]");
+}
+
+void validate_obstacle(ObstacleInput& in, std::size_t k, const CaseInput& c, const std::filesystem::path& file)
+{
+    const int dim = c.grid.dim;
+    settle_name(in, "obstacle", k);
+    require_keys_of_shape(
+        in, dim, {"name", "shape", "velocity", "rotation", "mass", "held", "bodies", "type", "friction", "adhesion", "sweeps"},
+        obstacle_shapes());
+    if (in.bodies.empty()) in.fail("bodies", "must name at least one; for all bodies remove it");
+    if (!is_of_all(in.bodies)) require_known(in, "bodies", in.bodies, names_of(c.bodies), "[[body]]");
+    if (in.has("normal") && std::all_of(in.normal.begin(), in.normal.end(), [](double x) { return x == 0; }))
+        in.fail("normal", "must not be zero; it points out of the half-space, towards the bodies");
+    const std::size_t turns = dim == 3 ? 3 : 1;
+    if (in.has("rotation") && in.rotation.size() != turns)
+        in.fail("rotation",
+                dim == 3 ? fmt::format("must be three numbers, the angular velocities about x, y, z (got {})", in.rotation.size())
+                         : fmt::format("must be one number, counterclockwise (got {})", in.rotation.size()));
+    for (const auto* list : {&in.velocity, &in.rotation})
+        for (const Expression& e : *list) {
+            make_field(e);
+            if (!depends_on_time_alone(e)) fail(e.place, e.key, "must be a function of t alone: an obstacle is rigid");
+        }
+    for (const std::string& one : in.held)
+        if (one.size() == 1 && one[0] - 'x' >= dim) in.fail("held", fmt::format("\"{}\" does not exist in {}D", one, dim));
+    if (!in.file.empty()) in.file = resolve_path(in.file, file);
+}
+
 /// Names of boundaries and tractions begin the names of columns of one file.
 void require_unique_columns(const CaseInput& c)
 {
@@ -1155,6 +1288,15 @@ void require_unique_columns(const CaseInput& c)
     for (const Exchanging& one : exchanging(c))
         if (!seen.insert(one.name).second)
             one.table->fail("name", fmt::format("\"{}\" names two boundaries or tractions; names must differ", one.name));
+    for (const ContactInput& contact : c.contacts)
+        if (!seen.insert(contact.name).second)
+            contact.fail("name",
+                         fmt::format("\"{}\" names two contacts, boundaries or tractions; names must differ", contact.name));
+    for (const ObstacleInput& obstacle : c.obstacles)
+        if (!seen.insert(obstacle.name).second)
+            obstacle.fail("name",
+                          fmt::format("\"{}\" names an obstacle and another, a contact, boundary or traction; names must differ",
+                                      obstacle.name));
 }
 
 void validate_grid(const GridInput& grid)
@@ -1164,13 +1306,6 @@ void validate_grid(const GridInput& grid)
     } catch (const setup::SetupError& e) {
         grid.fail(e.key, e.why);
     }
-}
-
-/// The path of a body's file, which the input gives relative to that of the case.
-std::string resolve_path(const std::string& name, const std::filesystem::path& case_file)
-{
-    const std::filesystem::path given(name);
-    return (given.is_absolute() ? given : std::filesystem::absolute(case_file).parent_path() / given).lexically_normal().string();
 }
 
 void validate_materials_and_bodies(CaseInput& c, const std::filesystem::path& file)
@@ -1301,6 +1436,8 @@ void validate(CaseInput& c, const std::filesystem::path& file)
     validate_materials_and_bodies(c, file);
     for (std::size_t k = 0; k < c.boundaries.size(); ++k) validate_boundary(c.boundaries[k], k, c);
     for (std::size_t k = 0; k < c.tractions.size(); ++k) validate_traction(c.tractions[k], k, c.grid.dim, c.bodies);
+    for (std::size_t k = 0; k < c.contacts.size(); ++k) validate_contact(c.contacts[k], k, c);
+    for (std::size_t k = 0; k < c.obstacles.size(); ++k) validate_obstacle(c.obstacles[k], k, c, file);
     require_unique_columns(c);
     validate_stages(c);
     validate_output(c, file);
@@ -1315,11 +1452,15 @@ void validate(CaseInput& c, const std::filesystem::path& file)
 
 }  // namespace
 
+bool is_of_all(const std::vector<std::string>& bodies) { return bodies == std::vector<std::string>{"all"}; }
+bool is_of_all(const ContactInput& c) { return is_of_all(c.bodies); }
+
 // clang-format off
 const std::vector<ShapeInfo>& shapes()
 {
     static const std::vector<ShapeInfo> rows = {
-        {"ball", "a ball; a disk in 2D, an interval in 1D", {"center", "radius"}, {"particles_per_cell", "seeding", "volumes"}, 1, 3},
+        {"ball", "a ball; a disk in 2D, an interval in 1D", {"center", "radius"},
+         {"cells", "radial", "angular", "particles_per_cell", "seeding", "volumes"}, 1, 3},
         {"box", "a box, in equal sub-cells that fit it exactly, close in size to those of the grid", {"lower", "upper"},
          {"particles_per_cell", "seeding"}, 1, 3},
         {"ring", "an annulus or a part of it", {"center", "inner_radius", "radius"},
@@ -1329,6 +1470,18 @@ const std::vector<ShapeInfo>& shapes()
         {"particles", "material points from a CSV file", {"file"}, {}, 1, 3},
         {"mesh", "the elements of a Gmsh mesh, one particle each; faces inner and outer need its center, in 3D also its axis",
          {"file"}, {"group", "center", "axis"}, 1, 3},
+    };
+    return rows;
+}
+
+const std::vector<ShapeInfo>& obstacle_shapes()
+{
+    static const std::vector<ShapeInfo> rows = {
+        {"half-space", "all beyond a plane, without end", {"point", "normal"}, {"center"}, 2, 3},
+        {"box", "a box", {"lower", "upper"}, {"center"}, 2, 3},
+        {"ball", "a ball; a disk in 2D", {"center", "radius"}, {}, 2, 3},
+        {"cylinder", "a cylinder along an axis", {"center", "radius", "height"}, {"axis"}, 3, 3},
+        {"stl", "the surface of triangles in an STL file, closed or open", {"file"}, {"scale", "center"}, 3, 3},
     };
     return rows;
 }
@@ -1359,8 +1512,8 @@ CaseInput read_case(const std::filesystem::path& file, const std::vector<std::st
     const Place top{file.string(), 0, 0};
     const int dim = read_dim(root);
     read_table(case_section(), root, "", dim, c,
-               {"grid", "method", "time", "damping", "material", "body", "boundary", "traction", "stage", "output", "checkpoint",
-                "watch", "probe"});
+               {"grid", "method", "time", "damping", "material", "body", "boundary", "traction", "contact", "obstacle", "stage",
+                "output", "checkpoint", "watch", "probe"});
     c.place = top;
     read_single(root, grid_section(), dim, c.grid, top);
     c.grid.dim = dim;
@@ -1371,6 +1524,8 @@ CaseInput read_case(const std::filesystem::path& file, const std::vector<std::st
     read_repeated(root, body_section(), dim, c.bodies);
     read_repeated(root, boundary_section(), dim, c.boundaries, {"region"});
     read_repeated(root, traction_section(), dim, c.tractions);
+    read_repeated(root, contact_section(), dim, c.contacts);
+    read_repeated(root, obstacle_section(), dim, c.obstacles);
     read_repeated(root, stage_section(), dim, c.stages, {"materials"});
     read_single(root, output_section(), dim, c.output, top);
     read_single(root, checkpoint_section(), dim, c.checkpoint, top);
@@ -1426,6 +1581,8 @@ std::string echo_case(const CaseInput& c)
     for (const auto& b : c.bodies) text += echo(body_section(), b);
     for (const auto& b : c.boundaries) text += echo(boundary_section(), b) + echo_region(b);
     for (const auto& t : c.tractions) text += echo(traction_section(), t);
+    for (const auto& one : c.contacts) text += echo(contact_section(), one);
+    for (const auto& one : c.obstacles) text += echo(obstacle_section(), one);
     for (const auto& s : c.stages) text += echo(stage_section(), s) + echo_materials(s);
     text += echo(output_section(), c.output) + echo(checkpoint_section(), c.checkpoint) + echo(watch_section(), c.watch);
     for (const auto& p : c.probes) text += echo(probe_section(), p);
@@ -1440,8 +1597,9 @@ std::string reference_page()
            reference(case_section()) + reference(grid_section()) + reference(method_section()) + reference(time_section()) +
            reference(damping_section()) + reference(material_section()) + reference(body_section()) +
            reference(boundary_section()) + reference(region_section()) + reference(traction_section()) +
-           reference(stage_section()) + reference(output_section()) + reference(checkpoint_section()) +
-           reference(watch_section()) + reference(probe_section());
+           reference(contact_section()) + reference(obstacle_section()) + reference(stage_section()) +
+           reference(output_section()) + reference(checkpoint_section()) + reference(watch_section()) +
+           reference(probe_section());
 }
 
 }  // namespace ordo::io

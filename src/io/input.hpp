@@ -85,6 +85,33 @@ struct BoundaryInput : Located {
     std::size_t count() const { return std::max<std::size_t>(face.size(), 1); }
 };
 
+struct ContactInput : Located {
+    std::string name;  ///< of its columns
+    std::vector<std::string> bodies;
+    std::string type = "frictional";
+    std::optional<double> friction, adhesion;
+    int sweeps = 1;
+};
+
+/// Whether a contact is between all bodies.
+bool is_of_all(const ContactInput& c);
+bool is_of_all(const std::vector<std::string>& bodies);
+
+/// A rigid solid that bodies meet.
+struct ObstacleInput : ShapeInput {
+    std::string name;  ///< of its columns
+    std::vector<double> point, normal;
+    std::string file;
+    double scale = 1.0;
+    std::vector<Expression> velocity, rotation;
+    std::optional<double> mass;
+    std::vector<std::string> held;
+    std::vector<std::string> bodies = {"all"};
+    std::string type                = "frictional";
+    std::optional<double> friction, adhesion;
+    int sweeps = 1;
+};
+
 struct OutputInput : Located {
     std::string directory;
     std::optional<double> interval;
@@ -143,6 +170,8 @@ struct CaseInput : Located {
     std::vector<BodyInput> bodies;
     std::vector<BoundaryInput> boundaries;
     std::vector<TractionInput> tractions;
+    std::vector<ContactInput> contacts;
+    std::vector<ObstacleInput> obstacles;
     OutputInput output;
     CheckpointInput checkpoint;
     WatchInput watch;
@@ -174,6 +203,8 @@ struct ShapeInfo {
     int min_dim, max_dim;
 };
 const std::vector<ShapeInfo>& shapes();
+/// Those of obstacles.
+const std::vector<ShapeInfo>& obstacle_shapes();
 
 /// Reads and resolves one material from `key=value` of --set, keys of [[material]], for a problem of `dim` dimensions. Density is
 /// 1000 kg/m^3 by default. Throws InputError.

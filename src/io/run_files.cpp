@@ -37,9 +37,10 @@ std::optional<std::int64_t> step_of_checkpoint(const std::string& name)
 
 bool is_run_file(const std::string& name)
 {
-    for (const auto& [start, end] : {std::pair{"particles_", ".vtu"}, {"grid_", ".vti"}, {"probe_", ".csv"}, {"body_", ".csv"}})
+    for (const auto& [start, end] :
+         {std::pair{"particles_", ".vtu"}, {"contact_", ".vtu"}, {"grid_", ".vti"}, {"probe_", ".csv"}, {"body_", ".csv"}})
         if (name.starts_with(start) && name.ends_with(end)) return true;
-    for (const char* one : {"particles.pvd", "grid.pvd", "history.csv", "case.toml", "files.txt"})
+    for (const char* one : {"particles.pvd", "contact.pvd", "grid.pvd", "history.csv", "case.toml", "files.txt"})
         if (name == one) return true;
     return step_of_checkpoint(name).has_value();
 }
@@ -76,6 +77,8 @@ void require_files(const CaseInput& input, const Written& written)
     }
     for (std::size_t k = 0; k < written.frames.size(); ++k) require(frame_file("particles", k));
     for (const int k : written.grid_frames) require(frame_file("grid", k));
+    for (std::size_t k = 0; k < written.frames.size() && !(input.contacts.empty() && input.obstacles.empty()); ++k)
+        require(frame_file("contact", k));
 }
 
 }  // namespace ordo::io

@@ -12,7 +12,7 @@
 
 namespace ordo::io {
 
-/// `what` is particles or grid.
+/// `what` is particles, contact or grid.
 std::string frame_file(std::string_view what, std::size_t number);
 std::string probe_file(const ProbeInput& probe);
 std::string body_file(std::size_t body);

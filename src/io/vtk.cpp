@@ -361,7 +361,8 @@ void write_grid(const std::filesystem::path& file, const State<D>& s)
     const auto both_sides = IndexBox<D>{Index<D>{}, Index<D>::filled(last > 0 ? 2 : 1)};
     auto is_touched       = [&](const Index<D>& node) {
         bool is = false;
-        both_sides.for_each([&](const Index<D>& side) { is = is || s.field.tiles.is_active(node + side * last); });
+        for (int k = 0; k < s.field.tiles.fields(); ++k)
+            both_sides.for_each([&](const Index<D>& side) { is = is || s.field.tiles.is_active(node + side * last, k); });
         return is;
     };
     parallel_for_each(static_cast<std::ptrdiff_t>(count), [&](std::ptrdiff_t k) {
@@ -393,6 +394,49 @@ void write_grid(const std::filesystem::path& file, const State<D>& s)
     out.commit();
 }
 
+template <int D>
+void write_contacts(const std::filesystem::path& file, const Model<D>& model, const State<D>& s)
+{
+    std::vector<const ContactPoint<D>*> q;
+    for (const ContactPoint<D>& point : s.contacts.points)
+        if (point.p > 0 || point.is_tied) q.push_back(&point);
+    const std::size_t n   = q.size();
+    const double per_time = s.contacts.dt > 0 ? 1 / s.contacts.dt : 0.0;
+    Appended data;
+    auto vector = [&](const char* name, auto value) {
+        return data.add<double>(name, n, 3, [&q, value](std::size_t k, double* out) { put_point(Vec<D>(value(*q[k])), out); });
+    };
+    auto number = [&](const char* name, auto value) {
+        return data.add<double>(name, n, 1, [&q, value](std::size_t k, double* out) { *out = value(*q[k]); });
+    };
+    auto integer = [&](const char* name, auto value) {
+        return data.add<std::int32_t>(name, n, 1, [&q, value](std::size_t k, std::int32_t* out) { *out = value(*q[k]); });
+    };
+    const std::string arrays =
+        number("pressure", [=](const auto& p) { return per_time * p.p; }) +
+        vector("traction", [=](const auto& p) { return per_time * (p.p * p.normal + p.t); }) +
+        number("area", [](const auto& p) { return p.area; }) + number("gap", [](const auto& p) { return p.gap; }) +
+        vector("slip", [](const auto& p) { return p.slip; }) + vector("normal", [](const auto& p) { return p.normal; }) +
+        integer("contact", [](const auto& p) { return p.key.pair; }) + integer("body", [&](const auto& p) {
+            const ContactPair<D>& pair = model.contacts[p.key.pair];
+            return pair.obstacle < 0 ? model.surfaces[pair.surface[p.key.side]].body : pair.body;
+        });
+    const std::string points = vector("Points", [&](const auto& p) { return s.lattice.inside_period(p.x); });
+    const std::string cells  = data.add<std::int32_t>("connectivity", n, 1, [](std::size_t k, std::int32_t* out) {
+        *out = static_cast<std::int32_t>(k);
+    }) + data.add<std::int32_t>("offsets", n, 1, [](std::size_t k, std::int32_t* out) {
+        *out = static_cast<std::int32_t>(k + 1);
+    }) + data.add<std::uint8_t>("types", n, 1, [](std::size_t, std::uint8_t* out) { *out = 1; });
+    AtomicFile out(file);
+    out.write(fmt::format(fmt::runtime(kHead), "UnstructuredGrid", ""));
+    out.write(
+        fmt::format("<UnstructuredGrid>\n<Piece NumberOfPoints=\"{0}\" NumberOfCells=\"{0}\">\n<PointData>\n{1}</PointData>\n"
+                    "<Points>\n{2}</Points>\n<Cells>\n{3}</Cells>\n</Piece>\n</UnstructuredGrid>\n",
+                    n, arrays, points, cells));
+    data.write(out);
+    out.commit();
+}
+
 void write_pvd(const std::filesystem::path& file, const std::vector<Frame>& frames)
 {
     AtomicFile out(file);
@@ -409,6 +453,9 @@ template void write_particles(const std::filesystem::path&, const Model<2>&, con
 template std::uint64_t size_of_frame(const Model<2>&, const State<2>&, FrameStyle);
 template void write_particles(const std::filesystem::path&, const Model<3>&, const State<3>&, const FrameStyle&);
 template std::uint64_t size_of_frame(const Model<3>&, const State<3>&, FrameStyle);
+template void write_contacts(const std::filesystem::path&, const Model<1>&, const State<1>&);
+template void write_contacts(const std::filesystem::path&, const Model<2>&, const State<2>&);
+template void write_contacts(const std::filesystem::path&, const Model<3>&, const State<3>&);
 template void write_grid(const std::filesystem::path&, const State<1>&);
 template void write_grid(const std::filesystem::path&, const State<2>&);
 template void write_grid(const std::filesystem::path&, const State<3>&);

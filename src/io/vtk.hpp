@@ -33,6 +33,11 @@ std::uint64_t size_of_frame(const Model<D>& model, const State<D>& s, FrameStyle
 template <int D>
 void write_grid(const std::filesystem::path& file, const State<D>& s);
 
+/// Writes the points at which bodies press on each other after the last step: pressure, Pa, traction on their own body, Pa, gap, m,
+/// slip, m/s, and the numbers of the contact and of the body.
+template <int D>
+void write_contacts(const std::filesystem::path& file, const Model<D>& model, const State<D>& s);
+
 /// One file of a time series.
 struct Frame {
     double t;

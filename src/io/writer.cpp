@@ -89,6 +89,15 @@ void Writer<D>::start_files()
     directory_.remove(directory_.files());
     std::string exchanges = input_.stages.empty() ? "" : ",stage,stage_energy";
     for (const Exchanging& one : exchanging_) exchanges += fmt::format(",{0}_force_x,{0}_force_y,{0}_force_z,{0}_work", one.name);
+    constexpr const char* of_contact =
+        ",{0}_force_x,{0}_force_y,{0}_force_z,{0}_moment_x,{0}_moment_y,{0}_moment_z,{0}_friction_work,{0}_dissipation";
+    for (const ContactPair<D>& c : model_.contacts)
+        if (c.obstacle < 0) exchanges += fmt::format(of_contact, c.name);
+    for (const Obstacle<D>& o : model_.obstacles) {
+        exchanges += fmt::format(of_contact, o.name);
+        exchanges += fmt::format(",{0}_work,{0}_x,{0}_y,{0}_z,{0}_velocity_x,{0}_velocity_y,{0}_velocity_z", o.name);
+        exchanges += fmt::format(",{0}_rotation_x,{0}_rotation_y,{0}_rotation_z", o.name);
+    }
     history_ =
         LineFile(directory_.file("history.csv"),
                  "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy,"
@@ -128,6 +137,8 @@ void Writer<D>::go_on_with_files()
     if (!written_.grid_frames.empty()) kept.emplace_back("grid.pvd");
     for (std::size_t k = 0; k < written_.frames.size(); ++k) kept.push_back(frame_file("particles", k));
     for (const int k : written_.grid_frames) kept.push_back(frame_file("grid", k));
+    if (!model_.contacts.empty()) kept.emplace_back("contact.pvd");
+    for (std::size_t k = 0; k < written_.frames.size() && !model_.contacts.empty(); ++k) kept.push_back(frame_file("contact", k));
 
     std::set<std::int64_t, std::greater<>> later;  // newest first: each needs files that are removed after it
     for (const std::string& name : directory_.files())
@@ -220,6 +231,13 @@ void Writer<D>::row(State<D>& s)
         const Exchange& x = (one.is_traction ? a.tractions : a.boundaries)[static_cast<std::size_t>(one.number)];
         exchanges += fmt::format("{},{}", values(x.force), x.work);
     }
+    for (const ContactExchange& x : s.contacts.pairs)
+        exchanges += fmt::format("{}{},{},{}", values(x.force), values(x.moment), x.friction, x.dissipated);
+    for (const ObstacleMotion<D>& o : s.contacts.obstacles) {
+        const ContactExchange& x = o.exchange;
+        exchanges += fmt::format("{}{},{},{},{}", values(x.force), values(x.moment), x.friction, x.dissipated, o.work);
+        exchanges += values(padded(o.center)) + values(padded(o.velocity)) + values(o.spin);
+    }
     history_.add(fmt::format("{},{},{}{},{},{},{},{},{},{},{}{}{},{},{},{},{},{},{},{}{}", s.t, s.dt_prev, e.mass,
                              values(e.momentum), e.kinetic_energy, e.strain_energy, e.total_energy(), e.potential, e.dissipated,
                              p.mass_before, p.mass_after, values(p.momentum_before), values(p.momentum_after), p.fit.dropped,
@@ -265,6 +283,7 @@ void Writer<D>::frame(State<D>& s)
         write_grid(directory_.file(frame_file("grid", number)), s);
         written_.grid_frames.push_back(static_cast<std::int32_t>(number));
     }
+    if (!model_.contacts.empty()) write_contacts(directory_.file(frame_file("contact", number)), model_, s);
     written_.frames.push_back(s.t);
     written_.frame_step = s.n;
     last_frame_         = s.t;
@@ -276,12 +295,14 @@ void Writer<D>::frame(State<D>& s)
 template <int D>
 void Writer<D>::write_lists() const
 {
-    std::vector<Frame> particles, grid;
+    std::vector<Frame> particles, grid, contacts;
     for (std::size_t k = 0; k < written_.frames.size(); ++k)
         particles.push_back({written_.frames[k], frame_file("particles", k)});
+    for (std::size_t k = 0; k < written_.frames.size(); ++k) contacts.push_back({written_.frames[k], frame_file("contact", k)});
     for (const int k : written_.grid_frames) grid.push_back({written_.frames.at(k), frame_file("grid", k)});
     write_pvd(directory_.file("particles.pvd"), particles);
     if (!grid.empty()) write_pvd(directory_.file("grid.pvd"), grid);
+    if (!model_.contacts.empty()) write_pvd(directory_.file("contact.pvd"), contacts);
 }
 
 template <int D>

@@ -18,12 +18,13 @@ void average_bodies(State<D>& s, double* u)
     Lanes* records          = s.averages.records.data();
     for (int first = 0; first < s.averages.body_count; first += kBodiesOfRecord) {
         clear(records, s.field.tiles);
-        s.field.tiles.for_each_by_colour(
-            [&](const Tile& t) { spread_averages<D, at_vertices>(s.lattice, p, V, u, records, first, t.begin, t.end); });
+        s.field.tiles.for_each_by_colour([&](const Tile& t) {
+            spread_averages<D, at_vertices>(s.lattice, p, V, u, records + t.first_node, first, t.begin, t.end);
+        });
         s.field.halo.add(records, 0, NodeLane::end);
         s.field.halo.copy(records);
         s.field.tiles.for_each([&](std::ptrdiff_t, const Tile& t) {
-            collect_averages<D, at_vertices>(s.lattice, p, u, records, first, t.begin, t.end);
+            collect_averages<D, at_vertices>(s.lattice, p, u, records + t.first_node, first, t.begin, t.end);
         });
     }
 }

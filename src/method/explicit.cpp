@@ -3,6 +3,7 @@
 #include "kernels/nodes.hpp"
 #include "kernels/scatter.hpp"
 #include "method/averaging.hpp"
+#include "method/contact_step.hpp"
 #include "method/diagnostics.hpp"
 #include "method/enrichment.hpp"
 #include "method/reconstruction.hpp"
@@ -16,6 +17,14 @@
 namespace ordo {
 
 namespace {
+
+/// The arguments of a pass over the particles of a tile: with the nodes of its velocity field.
+template <int D>
+Sweep<D> in_field_of(const Tile& tile, Sweep<D> view)
+{
+    if (view.nodes) view.nodes += tile.first_node;
+    return view;
+}
 
 constexpr double kRounding = 1e-9;  // of a particle's mass: less reaches a node by round-off alone, where a face is on nodes
 
@@ -74,6 +83,7 @@ void Explicit<D>::take_step(State<D>& s, double dt) const
     update_particles(s, nodes, strain, dt, by);
     if (passes_.move_corners) move_corners(s, nodes, dt);  // cells: x_c, then x_p and V_p
     for (std::size_t k = 0; k < model().walls.size(); ++k) s.wall_shifts[k] += dt * model().walls[k].velocity_at(by.when.t);
+    if (!model().obstacles.empty()) ordo::move(model().obstacles, model().contacts, dt, s.contacts);
     const double before = s.t;
     this->advance_time(s, dt);
     s.t_v = by.when.t;
@@ -363,10 +373,10 @@ void Explicit<D>::report_projection(State<D>& s, const Lanes* nodes, bool has_ve
     };
     s.field.tiles.for_each_block([&](std::ptrdiff_t k) {
         s.field.tiles.nodes_of(blocks[k]).for_each([&](const Index<D>& at) {
-            if (!s.lattice.is_image(at)) partial[k] += sum_of(nodes[s.lattice.offset(at)]);
+            if (!s.lattice.is_image(at)) partial[k] += sum_of(nodes[blocks[k].first_node + s.lattice.offset(at)]);
         });
     });
-    const Lanes* enriched = nodes + s.lattice.node_count();
+    const Lanes* enriched = nodes + s.field.tiles.first_node(s.field.tiles.fields());
     Lanes after           = parallel_reduce(
                   p.enriched_count, Lanes{}, [&](std::ptrdiff_t e) { return sum_of(enriched[e]); },
                   [](Lanes& total, const Lanes& one) { total += one; });
@@ -379,9 +389,12 @@ void Explicit<D>::move_corners(State<D>& s, Lanes* nodes, double dt) const
 {
     {
         Stopwatch watch(times(), StageTimes::gather);
-        const Sweep<D> view = sweep(s, nodes, dt);
-        parallel_pieces(static_cast<std::ptrdiff_t>(s.particles.corner.size()),
-                        [&](std::ptrdiff_t begin, std::ptrdiff_t end) { passes_.move_corners(view, begin, end); });
+        for (const CornerRun& run : s.field.corner_runs) {
+            const Sweep<D> view = sweep(s, nodes + run.first_node, dt);
+            parallel_pieces(run.end - run.begin, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+                passes_.move_corners(view, run.begin + begin, run.begin + end);
+            });
+        }
     }
     gather(s, passes_.follow_corners, nodes, dt);
 }
@@ -392,7 +405,7 @@ void Explicit<D>::scatter(State<D>& s, typename Passes<D>::Scatter pass, Lanes* 
     Stopwatch watch(times(), StageTimes::scatter);
     Sweep<D> view = sweep(s, nodes, 0.0);
     if (!s.force_stress.empty()) view.p.sigma = s.force_stress.data();
-    s.field.tiles.for_each_by_colour([&](const Tile& tile) { pass(view, tile.begin, tile.end); });
+    s.field.tiles.for_each_by_colour([&](const Tile& tile) { pass(in_field_of(tile, view), tile.begin, tile.end); });
     s.field.halo.add(nodes, first_lane, last_lane);
 }
 
@@ -410,7 +423,7 @@ template <int D>
 void Explicit<D>::gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt) const
 {
     const Sweep<D> view = sweep(s, nodes, dt);
-    gather_tiles(s, [&](const Tile& tile, TileReport& report) { pass(view, tile.begin, tile.end, report); });
+    gather_tiles(s, [&](const Tile& tile, TileReport& report) { pass(in_field_of(tile, view), tile.begin, tile.end, report); });
 }
 
 /// A gather that updates F, then the stresses.
@@ -420,7 +433,9 @@ void Explicit<D>::deform(State<D>& s, typename Passes<D>::Gather pass, Lanes* no
     Sweep<D> view = sweep(s, nodes, dt);
     view.is_past  = by == Deform::past;
     if (method().averaging != Averaging::none) return deform_averaged(s, pass, view);
-    gather_tiles(s, [&](const Tile& tile, TileReport& report) { update_stress_(pass, view, tile.begin, tile.end, report); });
+    gather_tiles(s, [&](const Tile& tile, TileReport& report) {
+        update_stress_(pass, in_field_of(tile, view), tile.begin, tile.end, report);
+    });
 }
 
 /// The same with averages of the dilations, which need F of all particles before the first stress.
@@ -430,7 +445,7 @@ void Explicit<D>::deform_averaged(State<D>& s, typename Passes<D>::Gather pass, 
     prepare_averages(model(), s);
     view.increments      = s.averages.increments.data();
     view.increment_first = 0;
-    gather_tiles(s, [&](const Tile& tile, TileReport& report) { pass(view, tile.begin, tile.end, report); });
+    gather_tiles(s, [&](const Tile& tile, TileReport& report) { pass(in_field_of(tile, view), tile.begin, tile.end, report); });
     {
         Stopwatch watch(times(), StageTimes::fit);
         average_increments(model(), s);
@@ -464,6 +479,8 @@ void Explicit<D>::constrain(State<D>& s, Lanes* nodes, const Kick& by, Velocity 
     Stopwatch watch(times(), StageTimes::nodes);
     const ExchangeSums<D> sums = of == Velocity::advanced ? exchange_sums(s, by) : ExchangeSums<D>(nullptr, by.dt);
     s.field.constraints.apply(model().conditions, nodes, by.when, sums, pic_fraction());
+    if constexpr (D > 1)
+        if (of == Velocity::advanced && !model().contacts.empty()) meet(model(), s, nodes, by.when, by.dt, sums);
     const std::vector<Wall<D>> none;  // act before the kick
     const std::vector<Wall<D>>& walls = of == Velocity::projected ? none : model().walls;
     if (of == Velocity::advanced && method().mass == MassMatrix::lumped)  // else the kick has done it
@@ -488,13 +505,11 @@ void Explicit<D>::find_held_by_bodies(State<D>& s) const
         scatter_body(s, *conditions[k].body, reached);
         const double least = kRounding * least_mass(s, *conditions[k].body);
         const int number   = static_cast<int>(k);
-        for (const Index<D>& block : s.field.tiles.blocks())
-            s.field.tiles.nodes_of(block).for_each([&](const Index<D>& at) {
-                const std::ptrdiff_t node = s.lattice.offset(at);
-                if (reached[node][NodeLane::mass] > least)
-                    s.field.constraints.add(conditions, number, node, Constraints<D>::place_of(s.lattice, at),
-                                            s.lattice.is_image(at));
-            });
+        s.field.tiles.for_each_node([&](const Index<D>& at, std::ptrdiff_t node) {
+            if (reached[node][NodeLane::mass] > least)
+                s.field.constraints.add(conditions, number, node, Constraints<D>::place_of(s.lattice, at),
+                                        s.lattice.is_image(at));
+        });
         for (std::size_t e = 0; e < s.particles.enriched.size(); ++e) {
             const int c               = s.particles.enriched[e];
             const std::ptrdiff_t node = s.particles.corner_node[c];
@@ -531,7 +546,7 @@ void Explicit<D>::scatter_body(State<D>& s, int body, Lanes* nodes) const
         for (int begin = tile.begin, end = begin; begin < tile.end; begin = end + 1) {
             end = begin;
             while (end < tile.end && of[end] == body) ++end;
-            if (begin < end) passes_.project(view, begin, end);
+            if (begin < end) passes_.project(in_field_of(tile, view), begin, end);
         }
     });
     s.field.halo.add(nodes, 0, NodeLane::end);

@@ -19,8 +19,8 @@ GridSample<D> sample_grid_of(const State<D>& s, const Vec<D>& x)
     double weights = 0.0;
     for_each_node(row, s.lattice, [&](std::ptrdiff_t node, double w, const Vec<D>&) {
         const Index<D> at = s.lattice.index(node);
-        const Lanes& n    = s.field.nodes[node];
-        if (!s.field.tiles.is_active(at) || !(n[NodeLane::mass] > 0)) return;
+        const Lanes n     = s.field.sum_at(s.lattice, at);
+        if (!(n[NodeLane::mass] > 0)) return;
         double whole = 1.0;
         for (int a = 0; a < D; ++a) whole *= s.lattice.node_length(a, at[a]);
         weights += w;

@@ -22,9 +22,9 @@ void wrap_periodic(const Model<D>& model, Particles<D>& particles)
 
 namespace {
 
-/// Sorts the particles by tile and cell.
+/// Sorts the particles by velocity field, tile and cell.
 template <int D>
-void assign(const Lattice<D>& lattice, Tiles<D>& tiles, Particles<D>& particles)
+void assign(const Model<D>& model, const Lattice<D>& lattice, Tiles<D>& tiles, Particles<D>& particles)
 {
     Array<int> order;
     {
@@ -32,7 +32,7 @@ void assign(const Lattice<D>& lattice, Tiles<D>& tiles, Particles<D>& particles)
         parallel_for_each(particles.count, [&](std::ptrdiff_t i) {
             Index<D> cell{};
             for (int a = 0; a < D; ++a) cell[a] = static_cast<int>(lattice.cell_coordinate(a, particles.x[i][a]));
-            keys[i] = tiles.key(cell);
+            keys[i] = tiles.key(cell, model.field_of(particles.body[i]));
         });
         order = sort_keys(keys, tiles.key_end());
         tiles.assign(keys);
@@ -40,12 +40,39 @@ void assign(const Lattice<D>& lattice, Tiles<D>& tiles, Particles<D>& particles)
     if (!order.empty()) permute(particles, order);
 }
 
+/// The corners of cells by the velocity field of the body that they belong to.
+template <int D>
+std::vector<CornerRun> corner_runs(const Model<D>& model, const Tiles<D>& tiles, const Particles<D>& p)
+{
+    const auto count = static_cast<std::ptrdiff_t>(p.corner.size());
+    if (tiles.fields() == 1) return {{0, count, 0}};
+    std::vector<int> field(p.corner.size(), 0);
+    for (int i = 0; i < p.count && count > 0; ++i)
+        for (int c = 0; c < p.cell[i].count(); ++c) field[p.cell[i][c]] = model.field_of(p.body[i]);
+    std::vector<CornerRun> runs;
+    for (std::ptrdiff_t begin = 0, end; begin < count; begin = end) {
+        for (end = begin + 1; end < count && field[end] == field[begin];) ++end;
+        runs.push_back({begin, end, tiles.first_node(field[begin])});
+    }
+    return runs;
+}
+
+/// Sets where the particles are that have the numbers 0, 1, ..; -1 for those that have been taken out.
+template <int D>
+void find_ids(const Particles<D>& p, std::vector<int>& place_of)
+{
+    const auto count = static_cast<std::size_t>(*std::max_element(p.id.begin(), p.id.end())) + 1;
+    place_of.assign(std::max(count, place_of.size()), -1);
+    for (int i = 0; i < p.count; ++i) place_of[p.id[i]] = i;
+}
+
 /// Sets what depends on lattice and tiles: halo, nodes, constraints, enriched corners.
 template <int D>
 void arrange_nodes(const Model<D>& model, State<D>& s, const Lattice<D>& lattice, Tiles<D> tiles)
 {
     s.field.halo               = Halo<D>(lattice, tiles);
-    const std::size_t enriched = add_enriched(lattice, s.particles, s.field.halo), nodes = lattice.node_count() + enriched;
+    const std::size_t enriched = add_enriched(lattice, s.particles, s.field.halo),
+                      nodes    = tiles.fields() * lattice.node_count() + enriched;
     tiles.add_nodes(enriched);
     if (s.field.nodes.size() != nodes) {
         s.field.nodes = Array<Lanes>(nodes, Pages::own);
@@ -58,6 +85,8 @@ void arrange_nodes(const Model<D>& model, State<D>& s, const Lattice<D>& lattice
     s.field.constraints = s.field.placed;
     s.field.wall_nodes  = WallNodes<D>(model.walls, s.wall_shifts, s.lattice, s.field.tiles);
     s.field.wall_nodes.leave(s.field.constraints);
+    s.field.corner_runs = corner_runs(model, s.field.tiles, s.particles);
+    if (!model.surfaces.empty()) find_ids(s.particles, s.contacts.place_of);
     number_enriched(s);
 }
 
@@ -72,9 +101,9 @@ void sort_particles(const Model<D>& model, State<D>& s)
     wrap_periodic(model, s.particles);
 
     const Lattice<D> lattice(model.origin, model.h, model.cells, model.periodic, halo + 1, grid_basis(model.method));
-    Tiles<D> tiles(lattice, halo, s.particles.count);
+    Tiles<D> tiles(lattice, halo, s.particles.count, model.field_count());
     s.field.mass = {};  // frees memory for the sort; the matrix is formed again in each step
-    assign(lattice, tiles, s.particles);
+    assign(model, lattice, tiles, s.particles);
 
     s.drift = 0.0;
     arrange_nodes(model, s, lattice, std::move(tiles));
@@ -86,7 +115,7 @@ bool restore_layout(const Model<D>& model, State<D>& s, TileRecord record, int h
     s.extra_reach = extra_reach(model.method);
     if (halo < 0 || halo > 1'000'000) return false;
     const Lattice<D> lattice(model.origin, model.h, model.cells, model.periodic, halo + 1, grid_basis(model.method));
-    Tiles<D> tiles(lattice, halo, s.particles.count);
+    Tiles<D> tiles(lattice, halo, s.particles.count, model.field_count());
     if (!tiles.restore(std::move(record), s.particles.count)) return false;
     arrange_nodes(model, s, lattice, std::move(tiles));
     return true;

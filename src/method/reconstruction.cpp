@@ -59,7 +59,8 @@ void fit_velocities(const Model<D>& model, const VelocityFitPasses<D>& passes, S
     Lanes* records = s.velocity_records.data();
     clear(records, s.field.tiles, passes.size);
     const bool with_corners = model.method.samples == Samples::corners;
-    s.field.tiles.for_each_by_colour([&](const Tile& t) { passes.spread(sweep, records, with_corners, t.begin, t.end); });
+    s.field.tiles.for_each_by_colour(
+        [&](const Tile& t) { passes.spread(sweep, records + t.first_node * passes.size, with_corners, t.begin, t.end); });
     s.field.halo.add_records(records, passes.size);
     s.field.halo.clear(nodes);  // images are not fitted
     std::vector<FitReport> reports(s.field.tiles.blocks().size());
@@ -128,7 +129,7 @@ std::vector<int> number_points(const CellFitPasses<D>& passes, const FilledCells
     s.points.resize(first.back(), has_body_force);
     for (auto& colour : s.points.colours) colour.clear();
     for (std::size_t k = 0; k < blocks.size(); ++k)
-        if (first[k + 1] > first[k]) s.points.colours[Tiles<D>::colour(blocks[k])].push_back({first[k], first[k + 1]});
+        if (first[k + 1] > first[k]) s.points.colours[Tiles<D>::colour(blocks[k].at)].push_back({first[k], first[k + 1]});
     return first;
 }
 

@@ -83,6 +83,9 @@ State<D> Scheme<D>::start_deformed(Particles<D> particles) const
     s.wall_shifts.assign(model_.walls.size(), {});
     s.account.boundaries.resize(boundary_count(model_));
     s.account.tractions.resize(model_.tractions.size());
+    for (const ContactPair<D>& pair : model_.contacts)
+        if (pair.obstacle < 0) s.contacts.pairs.emplace_back();
+    for (const Obstacle<D>& obstacle : model_.obstacles) s.contacts.obstacles.push_back(start_of(obstacle, 0.0));
     const ParticleView<D> p = s.particles.view();
     s.lattice               = Lattice<D>(model_.origin, model_.h, model_.cells, model_.periodic, 0, grid_basis(model_.method));
     start_stresses(model_.materials, s.particles);

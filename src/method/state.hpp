@@ -4,8 +4,10 @@
 #include "base/field.hpp"
 #include "kernels/sweep.hpp"
 #include "material/branches.hpp"
+#include "method/contact.hpp"
 #include "method/damping.hpp"
 #include "method/node_field.hpp"
+#include "method/obstacle.hpp"
 #include "method/spec.hpp"
 #include "method/tractions.hpp"
 #include "particles/particles.hpp"
@@ -41,10 +43,19 @@ struct Model {
     /// Level sets of bodies that end inside the grid, for schemes that need them: functions of the initial position, m,
     /// negative inside and zero on the free surface.
     std::vector<LevelSet<D>> surface;
+    std::vector<ContactSurface<D>> surfaces;  ///< of the bodies in contact
+    std::vector<ContactPair<D>> contacts;     ///< of two bodies, then of bodies and obstacles
+    std::vector<Obstacle<D>> obstacles;
+    std::vector<int> field_of_body;  ///< the velocity field that each body moves in; empty: all in one
     Vec<D> gravity{};
     Damping damping{};
     double residual = 0.0;  ///< up to which State::residual is measured; 0: not
 
+    int field_of(int body) const { return field_of_body.empty() ? 0 : field_of_body[body]; }
+    int field_count() const
+    {
+        return field_of_body.empty() ? 1 : *std::max_element(field_of_body.begin(), field_of_body.end()) + 1;
+    }
     /// The position of a face of the grid, m.
     double face(int axis, bool above) const { return origin[axis] + (above ? cells[axis] * h[axis] : 0.0); }
 };
@@ -142,6 +153,7 @@ struct State {
     Array<Lanes> wall_forces;                 ///< forces without walls, with a consistent mass matrix
     QuadraturePoints<D> points;               ///< for quadratures cell and gauss
     Averages<D> averages;
+    Contacts<D> contacts;
     Array<Stress<D>> force_stress;     ///< of particles, where forces come from stresses other than sigma
     ProjectionReport projection;       ///< of the last step
     Account account;                   ///< since the start

@@ -84,13 +84,10 @@ void Watch<D>::look_for_growth(const State<D>& s)
 {
     if (s.n % interval != 0) return;
     const Totals e = totals(model_, s.particles);
-    const std::array exchanged{e.potential - energies_[1],
-                               e.dissipated + e.artificial,
-                               s.account.boundary_work(),
-                               s.account.traction_work(),
-                               s.account.body_force_work,
-                               s.account.damped,
-                               s.account.staged};
+    const std::array exchanged{e.potential - energies_[1], e.dissipated + e.artificial,
+                               s.account.boundary_work(),  s.account.traction_work(),
+                               s.account.body_force_work,  s.account.damped,
+                               s.account.staged,           s.contacts.work()};
     double growth = e.total_energy() - energies_[0], all = energies_[0];
     for (std::size_t k = 0; k < exchanged.size(); ++k) {
         growth += exchanged[k];
@@ -101,7 +98,7 @@ void Watch<D>::look_for_growth(const State<D>& s)
     find(WatchSpec::energy,
          fmt::format(
              "step {}, t = {:.6g} s: the method has added {:.4g} J, more than {:.3g} (watch.energy_growth) of the {:.4g} J "
-             "that were there or came from gravity, boundaries, tractions, body forces and new stages; {}; {}",
+             "that were there or came from gravity, boundaries, tractions, body forces, contacts and new stages; {}; {}",
              s.n, s.t, growth, spec_.energy_growth, all, fastest_particle(s), remedy_for_growth()));
 }
 

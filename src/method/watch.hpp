@@ -45,7 +45,7 @@ class Watch {
 
     /// For restarts, J: energy and gravitational energy at the start, then the largest exchanges since by gravity, materials
     /// (dissipation), boundaries, tractions, body forces, damping and changes between stages.
-    const std::array<double, 9>& energies() const { return energies_; }
+    const std::array<double, 10>& energies() const { return energies_; }
 
   private:
     void find_least(const Particles<D>& p);
@@ -58,7 +58,7 @@ class Watch {
     const Model<D>& model_;
     WatchSpec spec_;
     std::function<void(const std::string&)> warn_;
-    std::array<double, 9> energies_{};
+    std::array<double, 10> energies_{};
     double least_ = 0.0;  ///< energies below it do not count, J
     std::array<long, WatchSpec::count> found_{};
 };

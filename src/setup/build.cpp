@@ -1,12 +1,15 @@
 #include "setup/build.hpp"
 
+#include "method/contact_points.hpp"
 #include "method/planting.hpp"
 #include "method/tables.hpp"
 #include "setup/conditions.hpp"
+#include "setup/contacts.hpp"
 #include "setup/initial_stress.hpp"
 #include "setup/inside.hpp"
 #include "setup/loads.hpp"
 #include "setup/notes.hpp"
+#include "setup/obstacles.hpp"
 #include "setup/overlap.hpp"
 #include "setup/schemes.hpp"
 #include "setup/seeding.hpp"
@@ -76,6 +79,8 @@ Model<D> model_of(const CaseSpec<D>& spec)
     }
     model.materials = spec.materials;
     set_up_conditions(spec, model);
+    set_up_contacts(spec, model);
+    set_up_obstacles(spec, model);
     for (const TractionSpec<D>& t : spec.tractions) model.tractions.push_back(t.traction);
     for (const BodySpec<D>& b : spec.bodies) model.body_forces.push_back(b.body_force);
     return model;
@@ -86,7 +91,7 @@ template <int D>
 struct Seeded {
     std::vector<Seed<D>> seeds{};
     std::vector<int> body_of{};         ///< of each seed
-    std::vector<CellMesh<D>> meshes{};  ///< of bodies, if the method or tractions need them
+    std::vector<CellMesh<D>> meshes{};  ///< of bodies, if the method, tractions or contacts need them
     std::vector<int> first{};           ///< first particle of each body, and the end of the last
 };
 
@@ -102,7 +107,8 @@ Seeded<D> seed_bodies(CaseSpec<D>& spec, const Model<D>& model, double most_part
         r.seeds.insert(r.seeds.end(), own.seeds.begin(), own.seeds.end());
         r.body_of.resize(r.seeds.size(), k);
         r.first.push_back(static_cast<int>(count));
-        if (has_cells(model.method) || !spec.tractions.empty()) r.meshes.push_back(mesh_body(own, k, model.method));
+        if (has_cells(model.method) || !spec.tractions.empty() || needs_surfaces(model))
+            r.meshes.push_back(mesh_body(own, k, model.method));
         count += static_cast<double>(r.meshes.empty() ? own.seeds.size() : r.meshes.back().cells.size());
         require_count(k, count, most_particles);
     }
@@ -263,6 +269,11 @@ Built<D> build(CaseSpec<D> spec, double most_particles)
         if (!spec.tractions.empty()) load_faces(spec.tractions, spec.bodies[n], k, seeded.meshes[n], seeded.first[n], model, p);
     }
     if (has_enrichment(model.method)) set_up_enrichment(model, p);
+    find_surfaces(seeded.meshes, seeded.first, p, model);
+    if constexpr (D > 1)
+        for (const Stage<D>& stage : stages)
+            for (ContactSurface<D>& surface : model.surfaces) keep_planes_of_symmetry(stage.conditions, surface);
+    require_outside_obstacles(p, model);
     set_up_scheme(spec, model, p.count);
     require_stable(spec.time, model, p);
     return {std::move(model), std::move(p), spec.time, std::move(stages), std::move(bodies), std::move(notes)};

@@ -36,6 +36,7 @@ template <int D>
 Middle<D> middle_of(const BodyShape<D>& shape)
 {
     if (const auto* ball = std::get_if<Ball<D>>(&shape)) return {ball->center, {}};
+    if (const auto* ball = std::get_if<PolarBall<D>>(&shape)) return {ball->ball.center, {}};
     if (const auto* tube = std::get_if<TubeShape<D>>(&shape)) return {tube->tube.center, tube->tube.axis};
     if (const auto* mesh = std::get_if<MeshShape<D>>(&shape)) return {mesh->center, mesh->axis};
     return {};

@@ -1,5 +1,6 @@
 #include "setup/notes.hpp"
 
+#include "setup/contacts.hpp"
 #include "setup/inside.hpp"
 
 #include <fmt/format.h>
@@ -122,11 +123,44 @@ void note_bodies_that_stick(const CaseSpec<D>& spec, const std::vector<Seed<D>>&
         return std::any_of(spec.boundaries.begin(), spec.boundaries.end(), [&](const auto& b) { return b.body == k; });
     };
     for (const auto& [one, other] : pairs)
-        if (!is_driven(one) && !is_driven(other))
+        if (!is_driven(one) && !is_driven(other) && model.field_of(one) == model.field_of(other))
             notes.push_back(
                 fmt::format("bodies \"{}\" and \"{}\" are closer than a cell: they stick together like one body, also where they "
-                            "should slide or part, because there is no contact between bodies yet",
+                            "should slide or part; a [[contact]] between them lets them",
                             spec.bodies[one].name, spec.bodies[other].name));
+}
+
+/// Bodies with fields of their own see only those that they are in contact with.
+template <int D>
+void note_bodies_that_pass(const CaseSpec<D>& spec, const Model<D>& model, std::vector<std::string>& notes)
+{
+    const int count = static_cast<int>(spec.bodies.size());
+    for (int one = 0; one < count; ++one)
+        for (int other = one + 1; other < count; ++other) {
+            const bool is_pair = std::any_of(model.contacts.begin(), model.contacts.end(), [&](const ContactPair<D>& c) {
+                return c.surface == std::array{one, other};
+            });
+            if (model.field_of(one) == model.field_of(other) || is_pair) continue;
+            notes.push_back(fmt::format(
+                "bodies \"{}\" and \"{}\" do not see each other: at least one of them is in a [[contact]], but not with "
+                "the other",
+                spec.bodies[one].name, spec.bodies[other].name));
+        }
+}
+
+/// Stairs of sub-cells meet before round faces would, and lock.
+template <int D>
+void note_stairs_in_contact(const CaseSpec<D>& spec, const Model<D>& model, std::vector<std::string>& notes)
+{
+    for (int k = 0; k < static_cast<int>(spec.bodies.size()); ++k) {
+        const BodySpec<D>& b = spec.bodies[k];
+        const auto* tube     = std::get_if<TubeShape<D>>(&b.shape);
+        if (!(std::holds_alternative<Ball<D>>(b.shape) || (tube && !tube->is_polar)) || !is_in_contact(model, k)) continue;
+        notes.push_back(fmt::format(
+            "body \"{}\" is round and in contact, and its faces are stairs of sub-cells, which meet early and lock into "
+            "others; cells = \"polar\" fit it",
+            b.name));
+    }
 }
 
 /// Where the volume hardly changes, stresses of single particles lock.
@@ -161,6 +195,8 @@ std::vector<std::string> notes_on(const CaseSpec<D>& spec, const std::vector<See
     note_thin_boxes(spec, model, notes);
     note_idle_conditions(spec, seeds, model, notes);
     note_bodies_that_stick(spec, seeds, body, model, notes);
+    note_bodies_that_pass(spec, model, notes);
+    note_stairs_in_contact(spec, model, notes);
     note_locking(spec, notes);
     return notes;
 }

@@ -2,6 +2,7 @@
 
 #include "method/place.hpp"
 #include "method/planting.hpp"
+#include "particles/round_cells.hpp"
 #include "setup/inside.hpp"
 
 #include <fmt/format.h>
@@ -43,7 +44,8 @@ void require_shape(const TubeShape<D>& shape, int k)
     const double angle = tube.to - tube.from;
     if (!(angle > 0 && angle <= 2 * std::numbers::pi * (1 + 1e-12)))
         fail(k, "angle", fmt::format("must grow by at most 360 degrees (got {} to {})", tube.from / kDegree, tube.to / kDegree));
-    if (shape.is_polar && !(tube.inner > 0)) fail(k, "cells", "polar cells need a hole: give an inner_radius above zero");
+    if (shape.is_polar && !(tube.inner > 0) && angle < 2 * std::numbers::pi * (1 - 1e-12))
+        fail(k, "cells", "polar cells of a part need a hole: give an inner_radius above zero");
     if (D == 3 && !(tube.axis >= 0 && tube.axis < 3)) fail(k, "axis", "must be 0, 1 or 2");
     if (D == 3 && !(tube.bottom < tube.top)) fail(k, "height", "must be positive");
 }
@@ -81,6 +83,52 @@ Filling<D> fill_polar_cells(const TubeShape<D>& shape, int k, const SubCells<D>&
     return {fill_polar(tube, radial, angular, layers), polar_cells(tube, radial, angular, layers), {}};
 }
 
+/// Around a core: as many cells as the shape says, else about as large as the grid's sub-cells.
+template <int D, class Shape>
+RoundCount count_of(const Shape& shape, int k, double radius, const SubCells<D>& cells, int dim)
+{
+    double size = 1.0;
+    for (int a = 0; a < D; ++a) size *= cells.h[a] / cells.n[a];
+    const double cell = std::pow(size, 1.0 / D);
+    require_count(k, std::pow(radius / cell, dim), 1e15);
+    RoundCount r = RoundCount::of(radius, cell, dim);
+    if (shape.angular && (*shape.angular % 4 != 0 || *shape.angular < 8))
+        fail(k, "angular", fmt::format("must be a multiple of 4, and 8 at least, around a core (got {})", *shape.angular));
+    if (shape.angular) r.side = *shape.angular / 4;
+    if (shape.radial) r.radial = *shape.radial;
+    return r;
+}
+
+/// The cells of a mesh, and seeds in their place for domains without corners of their own.
+template <int D>
+Filling<D> fill_mesh(CellMesh<D> mesh)
+{
+    Filling<D> r{.seeds = {}, .corners = {}, .mesh = std::move(mesh)};
+    for (const CornerIds<D>& cell : r.mesh.cells) r.seeds.push_back(seed_of(r.mesh, cell));
+    return r;
+}
+
+template <int D>
+Filling<D> fill_ball(const PolarBall<D>& shape, int k, const SubCells<D>& cells, double most)
+{
+    const RoundCount count = count_of(shape, k, shape.ball.radius, cells, D);
+    require_count(k, count.cells(D), most);
+    return fill_mesh(weld(round_cells(shape.ball, count)));
+}
+
+template <int D>
+Filling<D> fill_solid_tube(const TubeShape<D>& shape, int k, const SubCells<D>& cells, double most)
+{
+    const Tube<D>& tube    = shape.tube;
+    const RoundCount count = count_of(shape, k, tube.outer, cells, 2);
+    double layers          = 1;
+    if (D == 3)
+        layers = shape.layers ? *shape.layers
+                              : std::max(1.0, std::round((tube.top - tube.bottom) / (cells.h[tube.axis] / cells.n[tube.axis])));
+    require_count(k, layers * count.cells(2), most);
+    return fill_mesh(weld(round_cells(tube, count, static_cast<int>(layers))));
+}
+
 template <int D>
 Filling<D> fill_tube(const BodySpec<D>& b, int k, const SubCells<D>& cells, const Model<D>& model, double most)
 {
@@ -88,6 +136,7 @@ Filling<D> fill_tube(const BodySpec<D>& b, int k, const SubCells<D>& cells, cons
     require_shape(shape, k);
     if (shape.is_polar) {
         require_near(b, k, shape.tube.bounds(), model);
+        if (!(shape.tube.inner > 0)) return fill_solid_tube(shape, k, cells, most);
         return fill_polar_cells(shape, k, cells, most);
     }
     require_fillable(b, k, shape.tube.bounds(), cells, model, most);
@@ -113,10 +162,18 @@ Filling<D> fill_shape(const BodySpec<D>& b, int k, const Model<D>& model, double
         require_fillable(b, k, ball->bounds(), cells, model, most);
         return {fill(*ball, cells), {}, {}};
     }
-    if constexpr (D >= 2)
+    if constexpr (D >= 2) {
+        if (const auto* polar = std::get_if<PolarBall<D>>(&b.shape)) {
+            require_radius(k, polar->ball.radius);
+            require_near(b, k, polar->ball.bounds(), model);
+            return fill_ball(*polar, k, cells, most);
+        }
         return fill_tube(b, k, cells, model, most);
-    else
+    } else if (std::holds_alternative<PolarBall<D>>(b.shape)) {
+        fail(k, "cells", "polar cells need two dimensions or more");
+    } else {
         fail(k, "shape", "rings and cylinders need two dimensions or more");
+    }
 }
 
 }  // namespace
@@ -141,9 +198,7 @@ Filling<D> fill_body(BodySpec<D>& b, int k, const Model<D>& model, double most)
     }
     if (auto* shape = std::get_if<MeshShape<D>>(&b.shape)) {
         if (shape->mesh.cells.empty()) fail(k, "shape", "holds no particle");
-        Filling<D> r{.seeds = {}, .corners = {}, .mesh = std::move(shape->mesh)};
-        for (const CornerIds<D>& cell : r.mesh.cells) r.seeds.push_back(seed_of(r.mesh, cell));
-        return r;
+        return fill_mesh(std::move(shape->mesh));
     }
     Filling<D> filling = fill_shape(b, k, model, most);
     if (filling.seeds.empty())

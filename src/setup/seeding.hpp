@@ -32,7 +32,7 @@ template <int D>
 bool is_polar(const BodySpec<D>& body)
 {
     const auto* tube = std::get_if<TubeShape<D>>(&body.shape);
-    return tube && tube->is_polar;
+    return (tube && tube->is_polar) || std::holds_alternative<PolarBall<D>>(body.shape);
 }
 template <int D>
 bool is_mesh(const BodySpec<D>& body)

@@ -9,8 +9,8 @@ namespace {
 /// The path of a key, as in the input file.
 std::string path_of(Part part, int index, std::string_view key)
 {
-    static constexpr std::string_view names[] = {"grid",     "method",   "time", "damping", "material",
-                                                 "boundary", "traction", "body", "stage"};
+    static constexpr std::string_view names[] = {"grid",     "method",  "time",     "damping", "material", "boundary",
+                                                 "traction", "contact", "obstacle", "body",    "stage"};
     std::string path(names[static_cast<int>(part)]);
     if (part >= Part::material) path += fmt::format("[{}]", index);
     return key.empty() ? path : fmt::format("{}.{}", path, key);

@@ -16,7 +16,7 @@
 
 namespace ordo::setup {
 
-enum class Part { grid, method, time, damping, material, boundary, traction, body, stage };
+enum class Part { grid, method, time, damping, material, boundary, traction, contact, obstacle, body, stage };
 
 /// What is wrong with a case, in which part and key. For programs the message begins with "body[1].shape: .."; io replaces this
 /// by the place in the file.
@@ -30,13 +30,21 @@ struct SetupError : InputError {
     int component;  ///< of the field that is wrong, -1 for the key as a whole
 };
 
-/// A ring in 2D, a cylinder or tube in 3D, or a part of one. Polar cells need a hole; if their numbers are not given, they are
-/// about as large as the grid's sub-cells.
+/// A ring in 2D, a cylinder or tube in 3D, or a part of one. Polar cells without a hole need the whole of it: they have a square core
+/// (particles/round_cells.hpp). If their numbers are not given, they are about as large as the grid's sub-cells.
 template <int D>
 struct TubeShape {
     Tube<D> tube{};
     bool is_polar = false;
     std::optional<int> radial{}, angular{}, layers{};
+};
+
+/// A ball in cells that fit it, around a core (particles/round_cells.hpp); `angular` around the circle, a multiple of 4, `radial` around
+/// the core.
+template <int D>
+struct PolarBall {
+    Ball<D> ball{};
+    std::optional<int> radial{}, angular{};
 };
 
 /// The cells of a mesh. Its center, or in 3D its axis if given, distinguishes faces `inner` and `outer`.
@@ -49,7 +57,7 @@ struct MeshShape {
 
 /// A box, a ball, a tube, given particles, or the cells of a mesh.
 template <int D>
-using BodyShape = std::variant<Bounds<D>, Ball<D>, TubeShape<D>, std::vector<Seed<D>>, MeshShape<D>>;
+using BodyShape = std::variant<Bounds<D>, Ball<D>, PolarBall<D>, TubeShape<D>, std::vector<Seed<D>>, MeshShape<D>>;
 
 /// The stress of a body at the start: along the axis of gravity the weight above, across it k0 times that; or the same everywhere.
 template <int D>
@@ -122,6 +130,29 @@ struct TractionSpec {
     std::vector<int> stages{};  ///< in which it acts; none: in all
 };
 
+/// Contact between each two of some bodies.
+struct ContactSpec {
+    std::string name{};         ///< begins its columns
+    std::vector<int> bodies{};  ///< none: all
+    ContactType type = ContactType::frictional;
+    double friction  = 0.0;  ///< Coulomb's coefficient
+    double adhesion  = 0.0;  ///< Pa
+    int sweeps       = 1;
+};
+
+/// A rigid solid that bodies meet. Without mass it moves as given; with mass its free components begin so.
+template <int D>
+struct ObstacleSpec {
+    ContactSpec contact{};  ///< with bodies: name, law
+    Solid<D> solid{};
+    std::optional<Vec<D>> center{};  ///< about which it turns, m; by default its middle
+    VectorField<D> velocity{};       ///< m/s, a function of t
+    std::array<Field, 3> spin{};     ///< rad/s, a function of t; in 2D the last counts
+    std::optional<double> mass{};    ///< kg
+    Vec<D, bool> held{};             ///< with mass: axes along which it moves as given
+    bool holds_spin = false;
+};
+
 /// A part of the run.
 struct StageSpec {
     /// A body and its new material.
@@ -152,6 +183,8 @@ struct CaseSpec {
     std::vector<BodySpec<D>> bodies{};
     std::vector<BoundarySpec<D>> boundaries{};
     std::vector<TractionSpec<D>> tractions{};
+    std::vector<ContactSpec> contacts{};
+    std::vector<ObstacleSpec<D>> obstacles{};
     TimeSpec time{};
     Damping damping{};                ///< without stages
     std::vector<StageSpec> stages{};  ///< one after another; none: the run is one

@@ -80,6 +80,7 @@ std::vector<LevelSet<D>> free_surface(const BodyShape<D>& shape, const Model<D>&
     if (const auto* box = std::get_if<Bounds<D>>(&shape))
         for (int a = 0; a < D; ++a) surface.add_faces(a, box->lower[a], box->upper[a]);
     if (const auto* ball = std::get_if<Ball<D>>(&shape)) surface.add(*ball);
+    if (const auto* polar = std::get_if<PolarBall<D>>(&shape)) surface.add(polar->ball);
     if constexpr (D >= 2)
         if (const auto* tube = std::get_if<TubeShape<D>>(&shape)) surface.add(tube->tube);
     return std::move(surface.sets);

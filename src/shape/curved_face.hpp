@@ -21,6 +21,8 @@ struct Outline {
     std::vector<int> corners;                 ///< the corner of the mesh that each vertex is
     std::vector<int> first;                   ///< of each vertex, and the end of the last: where its faces begin in `around`
     std::vector<std::pair<int, int>> around;  ///< faces and their local corners around the vertices
+    /// Of each vertex, where along an axis a plane of symmetry through it lies, m; not a number without one. Empty if there are none.
+    std::vector<Vec<D>> planes{};
 
     /// The corners of face k, for vertices at x. Entries beyond their count are zero.
     std::array<Vec<D>, Face<D>::max_corners> corners_of(std::size_t k, const Vec<D>* x) const
@@ -29,7 +31,31 @@ struct Outline {
         for (int c = 0; c < faces[k].count; ++c) r[c] = x[vertices[k][c]];
         return r;
     }
+    /// f(sign) for each image of the body in the planes of symmetry through vertex v, itself included: vectors change by sign[a] along
+    /// axis a.
+    template <class F>
+    void for_each_image(int v, F&& f) const
+    {
+        int mirrors = 0;
+        for (int a = 0; a < D && !planes.empty(); ++a)
+            if (!std::isnan(planes[v][a])) mirrors |= 1 << a;
+        for (int image = 0; image < 1 << D; ++image) {
+            if (image & ~mirrors) continue;
+            Vec<D> sign{};
+            for (int a = 0; a < D; ++a) sign[a] = image >> a & 1 ? -1.0 : 1.0;
+            f(sign);
+        }
+    }
 };
+
+/// The image of a vector, see Outline::for_each_image.
+template <int D>
+ORDO_FLAT inline Vec<D> mirrored(const Vec<D>& v, const Vec<D>& sign)
+{
+    Vec<D> r{};
+    for (int a = 0; a < D; ++a) r[a] = sign[a] * v[a];
+    return r;
+}
 
 template <int D>
 ORDO_FLAT inline Vec<D> unit(const Vec<D>& v)
@@ -37,11 +63,12 @@ ORDO_FLAT inline Vec<D> unit(const Vec<D>& v)
     return v * (1.0 / norm(v));
 }
 
+/// Without the faces where the body meets its own image on an axis whose `period`, m, is not zero.
 template <int D>
-Outline<D> outline_of(const CellMesh<D>& mesh)
+Outline<D> outline_of(const CellMesh<D>& mesh, const Vec<D>& period = {})
 {
     Outline<D> r;
-    r.faces = outer_faces(mesh);
+    r.faces = without_images(outer_faces(mesh), mesh, period);
     std::map<int, int> number;
     std::vector<std::vector<std::pair<int, int>>> around;
     for (int k = 0; k < static_cast<int>(r.faces.size()); ++k) {
@@ -83,7 +110,8 @@ ORDO_FLAT inline Vec<D> part_of_normal(const Vec<D>* x, int count, int c)
 }
 
 /// The outward unit normals of the surface at the corners of each face, for vertices at x, m: of the faces around the vertex that
-/// turn from this one by less than `crease`, radians. The others lie beyond an edge of the body.
+/// turn from this one by less than `crease`, radians. The others lie beyond an edge of the body. Beyond planes of symmetry the body goes
+/// on as its image.
 template <int D>
 std::vector<std::array<Vec<D>, Face<D>::max_corners>> corner_normals(const Outline<D>& outline, const Vec<D>* x,
                                                                      double crease = 0.7)
@@ -103,8 +131,12 @@ std::vector<std::array<Vec<D>, Face<D>::max_corners>> corner_normals(const Outli
             const int v = outline.vertices[k][c];
             Vec<D> sum{};
             for (int i = outline.first[v]; i < outline.first[v + 1]; ++i) {
-                const auto [other, corner] = outline.around[i];
-                if (other == k || dot(normals[k], normals[other]) > least) sum += parts[other][corner];
+                const int other = outline.around[i].first, corner = outline.around[i].second;
+                outline.for_each_image(v, [&](const Vec<D>& sign) {
+                    const bool is_own = other == k && sign == Vec<D>::filled(1.0);
+                    if (is_own || dot(normals[k], mirrored(normals[other], sign)) > least)
+                        sum += mirrored(parts[other][corner], sign);
+                });
             }
             r[k][c] = unit(sum);
         }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -40,6 +41,21 @@ ORDO_FLAT inline Vec<D> face_center(const Vec<D>* x, int count)
     Vec<D> sum{};
     for (int c = 0; c < count; ++c) sum += x[c];
     return sum * (1.0 / count);
+}
+
+/// The integral of a corner's own (bi)linear function over a face, m^(D-1): what the corner stands for.
+template <int D>
+double share_of_corner(const Vec<D>* x, int count, int corner)
+{
+    const double area = norm(face_area(x, count));
+    if (count < 4) return area / count;
+    double sum = 0.0;
+    for (int k = 0; k < 4; ++k) {
+        constexpr double weight[] = {4, 2, 1, 2};  // of the corner itself, its neighbours, and the one opposite, over 36
+        const Vec<D> next = x[(k + 1) % 4] - x[k], last = x[(k + 3) % 4] - x[k];
+        if constexpr (D == 3) sum += weight[(k - corner + 4) % 4] * norm(cross(next, last));
+    }
+    return sum / 36;
 }
 
 /// The faces of one cell: 2 D of a segment, quadrilateral or hexahedron, D + 1 of a simplex. Not oriented.
@@ -99,6 +115,44 @@ std::vector<Face<D>> outer_faces(const CellMesh<D>& mesh)
         return std::pair{a.cell, a.corner[0]} < std::pair{b.cell, b.corner[0]};
     });
     return outer;
+}
+
+/// Without pairs of faces that are one `period` apart along an axis; 0: none.
+template <int D>
+std::vector<Face<D>> without_images(std::vector<Face<D>> faces, const CellMesh<D>& mesh, const Vec<D>& period)
+{
+    for (int a = 0; a < D; ++a) {
+        if (!(period[a] > 0) || faces.empty()) continue;
+        std::vector<std::pair<Vec<D>, std::size_t>> low, high;  // middles of faces at the ends, and their numbers
+        double lowest    = std::numeric_limits<double>::max();
+        const double off = 1e-9 * period[a];
+        auto middle_of   = [&](const Face<D>& f) {
+            Vec<D> sum{};
+            for (int c = 0; c < f.count; ++c) sum += mesh.corners[mesh.cells[f.cell][f.corner[c]]];
+            return (1.0 / f.count) * sum;
+        };
+        for (const Face<D>& f : faces) lowest = std::min(lowest, middle_of(f)[a]);
+        for (std::size_t k = 0; k < faces.size(); ++k) {
+            const Vec<D> x = middle_of(faces[k]);
+            if (std::fabs(x[a] - lowest) < off) low.emplace_back(x, k);
+            if (std::fabs(x[a] - lowest - period[a]) < off) high.emplace_back(x, k);
+        }
+        const int across = (a + 1) % D;
+        std::sort(high.begin(), high.end(),
+                  [&](const auto& one, const auto& other) { return one.first[across] < other.first[across]; });
+        std::vector<bool> is_image(faces.size(), false);
+        for (const auto& [x, k] : low) {
+            Vec<D> wanted = x;
+            wanted[a] += period[a];
+            auto at = std::lower_bound(high.begin(), high.end(), wanted[across] - off,
+                                       [&](const auto& one, double least) { return one.first[across] < least; });
+            for (; at != high.end() && at->first[across] < wanted[across] + off; ++at)
+                if (norm(at->first - wanted) < off) is_image[k] = is_image[at->second] = true;
+        }
+        std::size_t k = 0;
+        std::erase_if(faces, [&](const Face<D>&) { return is_image[k++]; });
+    }
+    return faces;
 }
 
 }  // namespace ordo

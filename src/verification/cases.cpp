@@ -32,6 +32,9 @@ const std::vector<Case>& cases()
                                        bimaterial_bar(),
                                        bimaterial_ring(),
                                        bimaterial_sphere(),
+                                       contact_layers(),
+                                       contact_ring(),
+                                       contact_bars(),
                                        reconstruction(),
                                        dispersion()};
     return all;

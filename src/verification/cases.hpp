@@ -33,6 +33,9 @@ Case wall_rebound();
 Case bimaterial_bar();
 Case bimaterial_ring();
 Case bimaterial_sphere();
+Case contact_bars();
+Case contact_layers();
+Case contact_ring();
 Case reconstruction();
 Case dispersion();
 

@@ -13,10 +13,9 @@ namespace {
 template <int D, class F>
 void for_each_node_once(const State<D>& s, F&& f)
 {
-    for (const Index<D>& block : s.field.tiles.blocks())
-        s.field.tiles.nodes_of(block).for_each([&](const Index<D>& at) {
-            if (!s.lattice.is_image(at)) f(s.lattice.offset(at));
-        });
+    s.field.tiles.for_each_node([&](const Index<D>& at, std::ptrdiff_t node) {
+        if (!s.lattice.is_image(at)) f(node);
+    });
 }
 
 /// sum_i v_i . u_i over nodes, with the lanes of two records from `of_v` and `of_u` on.

@@ -167,6 +167,19 @@ struct Jet {
         const T s = sin(a.value), c = cos(a.value);
         return chain(a, c, -s, -c);
     }
+    friend ORDO_FLAT Jet log(const Jet& a)
+    {
+        const T f1 = T(1.0) / a.value;
+        return chain(a, log(a.value), f1, -f1 * f1);
+    }
+    friend ORDO_FLAT Jet choose(const Jet& condition, const Jet& a, const Jet& b)
+    {
+        Jet r;
+        r.value = choose(condition.value, a.value, b.value);
+        for (int i = 0; i <= D; ++i) r.slope[i] = choose(condition.value, a.slope[i], b.slope[i]);
+        for (int k = 0; k <= pairs; ++k) r.curvature[k] = choose(condition.value, a.curvature[k], b.curvature[k]);
+        return r;
+    }
     friend ORDO_FLAT Jet operator/(const Jet& a, const Jet& b)
     {
         const T f = T(1.0) / b.value, f1 = -1.0 * f * f;

@@ -35,7 +35,7 @@ Row row_of(const Problem<D>& problem)
                                      steps, problem.dt));
     row.steps = std::lround(steps);
     row.dt    = problem.end / static_cast<double>(row.steps);
-    if (row.particles == 0) row.failed = "the mesh is too coarse to hold a particle";
+    if (row.particles == 0 && !problem.plant) row.failed = "the mesh is too coarse to hold a particle";
     const MethodSpec& method = problem.model.method;
     if (row.cells < least_spline_cells(method)) row.failed = "the mesh is too coarse for splines without knots next to the walls";
     return row;
@@ -46,7 +46,8 @@ template <int D>
 Particles<D> plant_all(Problem<D>& problem)
 {
     Model<D>& model = problem.model;
-    Particles<D> p  = ordo::plant_all(model, problem.seeds, problem.corners);
+    if (problem.plant) return problem.plant(model);
+    Particles<D> p = ordo::plant_all(model, problem.seeds, problem.corners);
     if (problem.body) {
         for (int i = 0; i < p.count; ++i) {
             p.body[i] = p.material[i] = problem.body(p.x[i]);
@@ -188,7 +189,7 @@ void measure_nodes(const Problem<D>& problem, const Scheme<D>& method, State<D>&
     Index<D> first = Index<D>::filled(s.lattice.margin), last{};
     for (int a = 0; a < D; ++a) last[a] = first[a] + s.lattice.cells[a] + 1;
     IndexBox<D>{first, last}.for_each([&](const Index<D>& at) {
-        if (!s.field.tiles.is_active(at) || !(s.field.nodes[s.lattice.offset(at)][NodeLane::mass] > 0)) return;
+        if (!(s.field.sum_at(s.lattice, at)[NodeLane::mass] > 0)) return;
         Vec<D> x{};
         for (int a = 0; a < D; ++a) x[a] = s.lattice.origin[a] + (at[a] - s.lattice.margin) * s.lattice.h[a];
         const Vec<D> v = sample_grid(s, x).velocity;

@@ -24,8 +24,9 @@ template <int D>
 struct Problem {
     Model<D> model;
     std::vector<Seed<D>> seeds;
-    std::vector<CornerPoints<D>> corners;      ///< of the seeds' cells, if they are not parallelepipeds
-    std::function<int(const Vec<D>& X)> body;  ///< number of body and material of a particle; without it 0
+    std::vector<CornerPoints<D>> corners;          ///< of the seeds' cells, if they are not parallelepipeds
+    std::function<int(const Vec<D>& X)> body;      ///< number of body and material of a particle; without it 0
+    std::function<Particles<D>(Model<D>&)> plant;  ///< if given, takes the place of seeds, corners, body and velocity
     std::function<int(const Vec<D>& normal, const Vec<D>& center)> load;  ///< the traction of a face of the body, or -1
     double dt  = 0;                                                       ///< at most, s; steps are equal
     double end = 0;                                                       ///< s

@@ -33,8 +33,10 @@ double momentum_size_of_nodes(const State<D>& s)
     };
     for (int a = 0; a < D; ++a) last[a] = first[a] + s.lattice.cells[a] + s.lattice.basis.degree;
     IndexBox<D>{first, last}.for_each([&](const Index<D>& at) {
-        const Lanes& n = s.field.nodes[s.lattice.offset(at)];
-        if (s.field.tiles.is_active(at) && n[NodeLane::mass] > 0) size += size_at(n);
+        for (int k = 0; k < s.field.tiles.fields(); ++k) {
+            const Lanes& n = s.field.nodes[s.field.tiles.first_node(k) + s.lattice.offset(at)];
+            if (s.field.tiles.is_active(at, k) && n[NodeLane::mass] > 0) size += size_at(n);
+        }
     });
     for (const int c : s.particles.enriched)
         if (const std::ptrdiff_t own = s.particles.corner_node[c]; own >= 0) size += size_at(s.field.nodes[own]);

@@ -187,6 +187,11 @@ class Energies(Figures):
         self.assertEqual(drawn["sum"], [0, 0, 0])
         self.assertEqual(list(drawn), ["kinetic", "strain", "taken by boundaries", "taken by tractions", "taken by body forces", "sum"])
 
+    def test_contacts_count_in_the_sum(self):
+        drawn = self.drawn(self.table(a_friction_work=[0, 1, 1], a_dissipation=[0, 0, 1], punch_friction_work=[0, 0, 1], punch_dissipation=0, punch_work=[0, -6, -8]))
+        self.assertEqual((drawn["taken by friction"], drawn["lost in impacts"], drawn["taken by obstacles"]), ([0, 1, 2], [0, 0, 1], [0, -6, -8]))
+        self.assertEqual(drawn["sum"], [0, -1, 0])
+
     def test_a_later_column_is_a_row(self):
         self.addCleanup(setattr, figures, "ENERGIES", figures.ENERGIES)
         figures.ENERGIES = figures.ENERGIES + [("damping_work", "taken by damping", figures.BROWN)]

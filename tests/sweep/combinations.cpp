@@ -106,9 +106,7 @@ void check_conservation(const MethodSpec& spec, const LawRow& law)
     EXPECT_EQ(std::count(seen.begin(), seen.end(), true), s.particles.count);
     EXPECT_EQ(before.mass, after.mass);
     double nodal = 0;
-    for (const Index<D>& block : s.field.tiles.blocks())
-        s.field.tiles.nodes_of(block).for_each(
-            [&](const Index<D>& k) { nodal += s.field.nodes[s.lattice.offset(k)][NodeLane::mass]; });
+    s.field.tiles.for_each_node([&](const Index<D>&, std::ptrdiff_t node) { nodal += s.field.nodes[node][NodeLane::mass]; });
     for (const int c : s.particles.enriched)
         if (const std::ptrdiff_t own = s.particles.corner_node[c]; own >= 0) nodal += s.field.nodes[own][NodeLane::mass];
     EXPECT_NEAR(nodal, before.mass, keeps_mass(spec) ? 1e-13 * before.mass : 0.5 * before.mass);

@@ -1,7 +1,9 @@
 // Cells: corner weights against Gauss integration, welding, splitting, conforming faces.
 #include "particles/cell_seeding.hpp"
+#include "particles/round_cells.hpp"
 #include "shape/cell_weights.hpp"
 #include "shape/corners.hpp"
+#include "shape/faces.hpp"
 #include "shape/hat.hpp"
 #include "support/particles.hpp"
 
@@ -356,6 +358,114 @@ TEST(CellSeeding, RingsShareTheirCornersAndClose)
     for (double angle : {std::numbers::pi / 2, 2 * std::numbers::pi}) {
         check_ring<2>(angle, 2);
         for (int axis = 0; axis < 3; ++axis) check_ring<3>(angle, axis);
+    }
+}
+
+/// The least determinant of the map from [0, 1]^D to a cell at its corners, over the product of the sides there: 1 for a box.
+template <int D>
+double squareness(const CornerPoints<D>& cell)
+{
+    double least = 1;
+    for (int c = 0; c < (1 << D); ++c) {
+        Mat<D> sides{};
+        double lengths = 1;
+        for (int d = 0; d < D; ++d) {
+            const Vec<D> side = cell.x[c | 1 << d] - cell.x[c & ~(1 << d)];
+            for (int a = 0; a < D; ++a) sides(a, d) = side[a];
+            lengths *= norm(side);
+        }
+        least = std::min(least, det(sides) / lengths);
+    }
+    return least;
+}
+
+template <int D>
+Vec<D> face_normal(const CellMesh<D>& mesh, const Face<D>& face)
+{
+    Vec<D> at[Face<D>::max_corners]{};
+    for (int c = 0; c < face.count; ++c) at[c] = mesh.corners[mesh.cells[face.cell][face.corner[c]]];
+    const Vec<D> area = face_area(at, face.count);
+    return (1 / norm(area)) * area;
+}
+
+/// Round cells of about the size 1/n: their mesh and its parts conform, its outer faces have their corners on the circle, and their
+/// number is that of the outline. Returns the volume.
+template <int D, class Shape>
+double check_round(const Shape& shape, const std::vector<CornerPoints<D>>& cells, int outer, double least_squareness,
+                   double volumes)
+{
+    double least = HUGE_VAL, largest = 0;
+    for (const CornerPoints<D>& cell : cells) {
+        EXPECT_GT(squareness(cell), least_squareness);
+        const auto r = exact_weights<D>(cell.x, false);
+        EXPECT_TRUE(r.is_sound);
+        least   = std::min(least, r.V);
+        largest = std::max(largest, r.V);
+    }
+    EXPECT_LT(largest / least, volumes);
+    const auto mesh = weld(cells);
+    using Count     = std::map<int, int>;
+    const int count = static_cast<int>(cells.size());
+    EXPECT_EQ(faces(mesh), (Count{{1, outer}, {2, (2 * D * count - outer) / 2}}));
+    double off = 0;
+    for (const Face<D>& face : outer_faces(mesh))
+        for (int c = 0; c < face.count; ++c) {
+            const Vec<D> x = mesh.corners[mesh.cells[face.cell][face.corner[c]]];
+            if constexpr (requires { shape.outer; }) {
+                if (D == 2 || std::fabs(face_normal(mesh, face)[shape.axis]) < 0.5)
+                    off = std::max(off, std::fabs(std::sqrt(shape.square_radius(x)) - shape.outer));
+            } else {
+                off = std::max(off, std::fabs(norm(x - shape.center) - shape.radius));
+            }
+        }
+    EXPECT_LT(off, 1e-15);
+    const auto parts = split(mesh);
+    const int cut = outer * (D - 1), tetrahedra = count * (D == 3 ? 6 : 2);
+    EXPECT_NEAR(volume(parts), volume(mesh), 1e-2 * volume(mesh));  // faces of hexahedra are not flat
+    EXPECT_EQ(faces(parts), (Count{{1, cut}, {2, ((D + 1) * tetrahedra - cut) / 2}}));
+    return volume(mesh);
+}
+
+TEST(CellSeeding, DisksAndBallsAreFittedByCellsAroundACore)
+{
+    const double pi = std::numbers::pi, radius = 0.4;
+    double before[3]{};
+    for (const double cell : {0.1, 0.05, 0.025}) {
+        double error[3]{};
+        {
+            const Ball<2> disk{{0.3, 0.2}, radius};
+            const RoundCount n = RoundCount::of(radius, cell, 2);
+            const auto cells   = round_cells(disk, n);
+            EXPECT_EQ(static_cast<double>(cells.size()), n.cells(2));
+            EXPECT_NEAR(n.cells(2) * cell * cell / (pi * radius * radius), 1, 0.15);
+            const double area = check_round<2>(disk, cells, 4 * n.side, 0.8, 2.3);
+            // The polygon on the circle.
+            EXPECT_NEAR(area, 2 * n.side * radius * radius * std::sin(pi / 2 / n.side), 1e-14);
+            error[0] = 1 - area / (pi * radius * radius);
+        }
+        {
+            const Ball<3> ball{{0.3, 0.2, 0.1}, radius};
+            const RoundCount n = RoundCount::of(radius, cell, 3);
+            const auto cells   = round_cells(ball, n);
+            EXPECT_EQ(static_cast<double>(cells.size()), n.cells(3));
+            EXPECT_NEAR(n.cells(3) * std::pow(cell, 3) / (4 * pi / 3 * std::pow(radius, 3)), 1, 0.15);
+            error[1] = 1 - check_round<3>(ball, cells, 6 * n.side * n.side, 0.7, 6.5) / (4 * pi / 3 * std::pow(radius, 3));
+        }
+        for (int axis = 0; axis < 3; ++axis) {
+            const Tube<3> rod{.center = {0.3, 0.2, 0.1}, .outer = radius, .axis = axis, .bottom = 0.1, .top = 0.7};
+            const RoundCount n = RoundCount::of(radius, cell, 2);
+            const int layers   = static_cast<int>(std::lround(0.6 / cell));
+            const auto cells   = round_cells(rod, n, layers);
+            const int end      = static_cast<int>(n.cells(2));
+            error[2] = 1 - check_round<3>(rod, cells, 4 * n.side * layers + 2 * end, 0.8, 2.3) / (0.6 * pi * radius * radius);
+        }
+        for (int k = 0; k < 3; ++k) {
+            EXPECT_GT(error[k], 0);
+            if (before[k] > 0) {
+                EXPECT_GT(std::log2(before[k] / error[k]), 1.8) << k;
+            }
+            before[k] = error[k];
+        }
     }
 }
 

@@ -119,6 +119,47 @@ TEST(Outline, NormalsAreExactOnCirclesAndSpheres)
     });
 }
 
+/// An eighth of a ball between planes of symmetry has the normals of the whole, on its edges too.
+TEST(Outline, GoesOnBeyondPlanesOfSymmetry)
+{
+    CellMesh<3> eighth = shell(4, 0.0);
+    std::erase_if(eighth.cells, [&](const CornerIds<3>& cell) {
+        return !std::all_of(cell.c, cell.c + 8, [&](int c) {
+            const Vec<3>& x = eighth.corners[c];
+            return std::min({x[0], x[1], x[2]}) > -1e-12;
+        });
+    });
+    Surface<3> part(eighth);
+    auto largest_error = [&] {
+        double r = 0;
+        for (std::size_t k = 0; k < part.n.size(); ++k)
+            for (int c = 0; c < part.outline.faces[k].count && part.is_outer(static_cast<int>(k)); ++c) {
+                bool is_outside = true;  // of the faces in the planes, which keep the normals of these
+                for (int other = 0; other < 4; ++other) is_outside &= norm(part.x[part.outline.vertices[k][other]]) > 0.75;
+                if (is_outside) r = std::max(r, norm(part.n[k][c] - part.x[part.outline.vertices[k][c]]));
+            }
+        return r;
+    };
+    EXPECT_GT(largest_error(), 0.1) << "as if the body ended there";
+    for (const Vec<3>& x : part.x) {
+        Vec<3>& plane = part.outline.planes.emplace_back();
+        for (int a = 0; a < 3; ++a) plane[a] = std::fabs(x[a]) < 1e-12 ? 0.0 : std::nan("");
+    }
+    part.n = corner_normals(part.outline, part.x.data());
+    EXPECT_LT(largest_error(), 1e-13);
+    int in_planes = 0;
+    for (std::size_t k = 0; k < part.n.size(); ++k)
+        for (int a = 0; a < 3; ++a) {
+            const auto& own = part.outline.vertices[k];
+            if (!std::all_of(own.begin(), own.end(), [&](int v) { return std::fabs(part.x[v][a]) < 1e-12; })) continue;
+            Vec<3> outwards{};
+            outwards[a] = -1;
+            for (int c = 0; c < 4; ++c) EXPECT_LT(norm(part.n[k][c] - outwards), 1e-14);
+            ++in_planes;
+        }
+    EXPECT_EQ(in_planes, 3 * 4) << "faces in the planes have the normals of these";
+}
+
 TEST(Outline, OfOneCellHasItsFacesAroundItsCorners)
 {
     const CellMesh<3> mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}},

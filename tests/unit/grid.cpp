@@ -166,7 +166,7 @@ TEST(Tiles, BlocksAreOfNodesInReachAndTheirImages)
         for (int a = 0; a < 2; ++a) {
             const auto blocks = expected;
             for (const auto& b : blocks)
-                tiles.nodes_of({b.first, b.second}).for_each([&](Index<2> at) {
+                tiles.nodes_of({{b.first, b.second}}).for_each([&](Index<2> at) {
                     const int inside = lattice.periodic_image(a, at[a]) - lattice.margin;
                     for (int k = 0; k < lattice.nodes[a] && periodic[a]; ++k)
                         if ((k - lattice.margin - inside) % lattice.cells[a] == 0) {
@@ -178,7 +178,7 @@ TEST(Tiles, BlocksAreOfNodesInReachAndTheirImages)
         std::sort(keys.begin(), keys.end());
         tiles.assign(keys);
         std::set<std::pair<int, int>> found;
-        for (const Index<2>& b : tiles.blocks()) found.insert({b[0], b[1]});
+        for (const Block<2>& b : tiles.blocks()) found.insert({b.at[0], b.at[1]});
         EXPECT_EQ(found, expected);
         EXPECT_EQ(tiles.blocks().size(), expected.size());
     }

@@ -53,15 +53,18 @@ TEST(Setup, SeedsBodiesOfEveryShape)
     spec.bodies.push_back({.shape = std::vector<Seed<2>>{{{0.9, 0.9}, 0.01, {{{0.05, 0}, {0, 0.05}}}}}});
     const CellMesh<2> square{{{0.0, 0.75}, {0.25, 0.75}, {0.0, 1.0}, {0.25, 1.0}}, {{{0, 1, 2, 3}}}};
     spec.bodies.push_back({.shape = MeshShape<2>{.mesh = square}});
+    spec.bodies.push_back({.shape = PolarBall<2>{.ball = {{0.87, 0.5}, 0.1}, .radial = 2, .angular = 16}});
     const Built<2> built = build(spec);
 
-    std::vector<double> mass(5);
+    EXPECT_EQ(built.bodies[5].particles, 4 * 4 + 2 * 16);
+    std::vector<double> mass(6);
     for (int i = 0; i < built.particles.count; ++i) mass[built.particles.body[i]] += built.particles.m[i];
     EXPECT_NEAR(mass[0], 1000 * std::numbers::pi * 0.04, 1e-9);
     EXPECT_NEAR(mass[1], 500 * 0.0625, 1e-9);
     EXPECT_NEAR(mass[2], 1000 * std::numbers::pi * 0.03 / 2, 1e-9);
     EXPECT_NEAR(mass[3], 10, 1e-12);
     EXPECT_NEAR(mass[4], 62.5, 1e-9);
+    EXPECT_NEAR(mass[5], 1000 * 8 * 0.01 * std::sin(std::numbers::pi / 8), 1e-9);  // of the polygon
     for (int i = 0; i < built.particles.count; ++i) EXPECT_EQ(built.particles.v[i][1], built.particles.body[i] == 1 ? 3.0 : 0.0);
     EXPECT_EQ(built.time.cfl, 0.4);
 }
@@ -209,9 +212,17 @@ TEST(Setup, RefusesByKey)
              s.bodies[0].shape = Bounds<2>{{0.5, 0.5}, {0.6, 0.5}};
          }},
         {"body[0].inner_radius: ", [](auto& s) { s.bodies[0].shape = TubeShape<2>{{.inner = 0.3, .outer = 0.2}}; }},
-        {"body[0].cells: polar cells need",
+        {"body[0].cells: polar cells of a part need",
          [](auto& s) {
-             s.bodies[0].shape = TubeShape<2>{{.outer = 0.2}, true};
+             s.bodies[0].shape = TubeShape<2>{{.outer = 0.2, .to = 1.0}, true};
+         }},
+        {"body[0].angular: must be a multiple of 4",
+         [](auto& s) {
+             s.bodies[0].shape = PolarBall<2>{.ball = {{0.5, 0.5}, 0.2}, .angular = 10};
+         }},
+        {"body[0].particles_per_cell: makes",
+         [](auto& s) {
+             s.bodies[0].shape = PolarBall<2>{.ball = {{0.5, 0.5}, 0.2}, .angular = 400000};
          }},
         {"body[0].shape: holds no particle", [](auto& s) { s.bodies[0].shape = std::vector<Seed<2>>{}; }},
         {"body[0].shape: body \"body 0\" lies outside",

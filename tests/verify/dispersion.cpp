@@ -23,11 +23,12 @@ constexpr double kPi = std::numbers::pi;
 
 MethodSpec preset(std::string_view name) { return find_preset(name)->spec; }
 
-/// All but those with enriched corners: a periodic lattice has none.
+/// All but those with enriched corners, which a periodic lattice does not have, and with fits to corners that have velocities of their own.
 std::vector<Preset> presets_of_lattices()
 {
     std::vector<Preset> all = presets();
-    std::erase_if(all, [](const Preset& p) { return has_enrichment(p.spec); });
+    std::erase_if(
+        all, [](const Preset& p) { return has_enrichment(p.spec) || (has_cells(p.spec) && p.spec.samples == Samples::corners); });
     return all;
 }
 

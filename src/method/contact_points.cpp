@@ -1,0 +1,541 @@
+#include "method/contact_points.hpp"
+
+#include "shape/face_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace ordo {
+
+namespace {
+
+template <int D>
+using Normals = std::vector<std::array<Vec<D>, Face<D>::max_corners>>;
+
+/// The whole periods by which one body must be moved so that it comes near another.
+template <int D>
+std::vector<Vec<D>> shifts_between(const Extent<D>& moved, const Extent<D>& other, double reach, const Vec<D>& period)
+{
+    IndexBox<D> turns{};
+    for (int a = 0; a < D; ++a) {
+        const double least = other.low[a] - reach - moved.high[a], most = other.high[a] + reach - moved.low[a];
+        if (period[a] > 0) {
+            turns.lo[a] = static_cast<int>(std::ceil(least / period[a]));
+            turns.hi[a] = static_cast<int>(std::floor(most / period[a])) + 1;
+        } else {
+            turns.hi[a] = least <= 0 && most >= 0 ? 1 : 0;
+        }
+    }
+    std::vector<Vec<D>> r;
+    turns.for_each([&](const Index<D>& k) {
+        Vec<D> shift{};
+        for (int a = 0; a < D; ++a) shift[a] = k[a] * period[a];
+        r.push_back(shift);
+    });
+    return r;
+}
+
+/// f(k, list) for k in [0, n), in parallel pieces; the pieces' lists one after the other.
+template <int D, class F>
+std::vector<ContactPoint<D>> in_pieces(std::size_t n, const F& f)
+{
+    constexpr std::ptrdiff_t piece = 256;
+    const auto count               = static_cast<std::ptrdiff_t>(n);
+    std::vector<std::vector<ContactPoint<D>>> found(static_cast<std::size_t>((count + piece - 1) / piece));
+    parallel_for(static_cast<std::ptrdiff_t>(found.size()), [&](std::ptrdiff_t k) {
+        for (std::ptrdiff_t i = k * piece; i < std::min(count, (k + 1) * piece); ++i) f(i, found[static_cast<std::size_t>(k)]);
+    });
+    std::vector<ContactPoint<D>> r;
+    for (const auto& one : found) r.insert(r.end(), one.begin(), one.end());
+    return r;
+}
+
+/// A surface at the present places of its vertices, m. Its normals are found when they are asked for.
+template <int D>
+class PlacedSurface {
+  public:
+    PlacedSurface(const Outline<D>& outline, const std::vector<Vec<D>>& x) : outline_(&outline), x_(&x), extent_(Extent<D>::of(x))
+    {}
+
+    const Outline<D>& outline() const { return *outline_; }
+    const std::vector<Vec<D>>& x() const { return *x_; }
+    const Extent<D>& extent() const { return extent_; }
+    const Normals<D>& normals()
+    {
+        if (normals_.empty()) normals_ = corner_normals(*outline_, x_->data());
+        return normals_;
+    }
+
+  private:
+    const Outline<D>* outline_;
+    const std::vector<Vec<D>>* x_;
+    Extent<D> extent_;
+    Normals<D> normals_;
+};
+
+/// Finds the points of one surface on another.
+template <int D>
+class PointFinder {
+  public:
+    PointFinder(PlacedSurface<D>& slave, PlacedSurface<D>& master, double reach, const Vec<D>& period = {})
+        : slave_(slave.outline()), x_(slave.x()), near_(master.extent().widened(reach))
+    {
+        Extent<D> within;  // of the vertices that are looked for
+        for (const Vec<D>& shift : shifts_between(slave.extent(), master.extent(), reach, period)) {
+            bool is_near = false;
+            for (const Vec<D>& x : x_) {
+                if (!near_.has(x + shift)) continue;
+                within.add(x + shift);
+                is_near = true;
+            }
+            if (is_near) shifts_.push_back(shift);
+        }
+        if (shifts_.empty()) return;
+        normals_ = &slave.normals();
+        search_.emplace(master.outline(), master.x().data(), master.normals().data(), reach, within);
+    }
+
+    bool is_empty() const { return shifts_.empty(); }
+
+    std::vector<ContactPoint<D>> all(int pair, int side) const
+    {
+        return in_pieces<D>(x_.size(), [&](std::ptrdiff_t v, std::vector<ContactPoint<D>>& to) {
+            add({pair, side, static_cast<int>(v), 0}, to);
+        });
+    }
+
+  private:
+    std::optional<Nearest<D>> nearest(const Vec<D>& x, const Vec<D>& n) const
+    {
+        std::optional<Nearest<D>> best;
+        for (const Vec<D>& shift : shifts_) {
+            const Vec<D> at = x + shift;
+            if (!near_.has(at)) continue;
+            const auto one = search_->nearest(at, n);
+            if (one && (!best || std::fabs(one->foot.gap) < std::fabs(best->foot.gap))) best = one;
+        }
+        return best;
+    }
+
+    /// Adds the points of a vertex: each of its faces counts with its share where its own normal finds a foot.
+    void add(ContactKey key, std::vector<ContactPoint<D>>& to) const
+    {
+        const std::size_t begin = to.size();
+        std::optional<Nearest<D>> found;
+        Vec<D> of{};
+        for (int i = slave_.first[key.vertex]; i < slave_.first[key.vertex + 1]; ++i) {
+            const auto [face, corner] = slave_.around[i];
+            const Vec<D>& n           = (*normals_)[face][corner];
+            if (i == slave_.first[key.vertex] || !(n == of)) found = nearest(x_[key.vertex], of = n);
+            if (!found) continue;
+            const auto at      = slave_.corners_of(face, x_.data());
+            const double share = 0.5 * share_of_corner(at.data(), slave_.faces[face].count, corner);
+            const auto same    = std::find_if(to.begin() + static_cast<std::ptrdiff_t>(begin), to.end(),
+                                              [&](const ContactPoint<D>& one) { return one.face == found->face; });
+            if (same != to.end()) {
+                same->area += share;
+                continue;
+            }
+            ContactPoint<D> point{.key = key, .face = found->face, .weight = {}};
+            std::copy_n(found->foot.weight, ContactPoint<D>::max_corners, point.weight.begin());
+            point.x      = x_[key.vertex];
+            point.normal = found->foot.normal;
+            point.gap    = found->foot.gap;
+            point.area   = share;
+            to.push_back(point);
+            ++key.ordinal;
+        }
+    }
+
+    const Outline<D>& slave_;
+    const std::vector<Vec<D>>& x_;
+    Extent<D> near_;
+    std::vector<Vec<D>> shifts_;
+    const Normals<D>* normals_ = nullptr;
+    std::optional<FaceSearch<D>> search_;
+};
+
+/// A vector of a tangent plane, moved with its normal from `before` to `now`: turned by the least rotation between them.
+template <int D>
+Vec<D> turned(const Vec<D>& v, const Vec<D>& before, const Vec<D>& now)
+{
+    const double cosine = dot(before, now);
+    if (!(cosine > -0.99)) return {};
+    const Vec<D> sum = before + now;
+    return v - (dot(v, sum) / (1 + cosine)) * sum + 2.0 * dot(v, before) * now;
+}
+
+template <int D>
+void keep_anchors(const std::vector<ContactPoint<D>>& before, std::vector<ContactPoint<D>>& points)
+{
+    auto old = before.begin();
+    for (ContactPoint<D>& point : points) {
+        while (old != before.end() && old->key < point.key) ++old;
+        if (old == before.end() || old->key != point.key) continue;
+        point.has_pressed = old->p > 0;
+        point.anchor      = turned(old->anchor, old->normal, point.normal);
+    }
+}
+
+template <int D>
+ContactPoint<D> point_of(const TiedPoint<D>& tied, const Outline<D>& slave, const std::vector<Vec<D>>& x,
+                         const Outline<D>& master, const std::vector<Vec<D>>& y)
+{
+    ContactPoint<D> r{.key = tied.key, .face = tied.face, .weight = tied.weight};
+    const auto at = master.corners_of(tied.face, y.data());
+    r.x           = x[tied.key.vertex];
+    r.normal      = unit(face_area(at.data(), master.faces[tied.face].count));
+    r.is_tied     = true;
+    for (int i = slave.first[tied.key.vertex]; i < slave.first[tied.key.vertex + 1]; ++i) {
+        const auto [face, corner] = slave.around[i];
+        const auto own            = slave.corners_of(face, x.data());
+        if (dot(face_area(own.data(), slave.faces[face].count), r.normal) < 0)
+            r.area += 0.5 * share_of_corner(own.data(), slave.faces[face].count, corner);
+    }
+    return r;
+}
+
+/// Finds the points of bodies on an obstacle.
+template <int D>
+class ObstacleFinder {
+  public:
+    /// `reach` of points at rest, m; what the obstacle moves in dt is added.
+    ObstacleFinder(const Obstacle<D>& obstacle, const ObstacleMotion<D>& motion, double reach, double dt,
+                   const Vec<D>& period = {})
+        : obstacle_(obstacle), motion_(motion), reach_(reach), dt_(dt), period_(period), bounds_(bounds_of(obstacle, motion))
+    {}
+
+    /// Of the vertices of a surface: each of their faces counts with its share where its own normal finds a foot.
+    std::vector<ContactPoint<D>> all(int pair, const Outline<D>& outline, const std::vector<Vec<D>>& x) const
+    {
+        const std::vector<Vec<D>> shifts = shifts_of(Extent<D>::of(x));
+        if (shifts.empty()) return {};
+        std::vector<char> near(x.size());
+        parallel_for_each(static_cast<std::ptrdiff_t>(x.size()),
+                          [&](std::ptrdiff_t v) { near[v] = nearest(x[v], nullptr, shifts).has_value(); });
+        if (std::find(near.begin(), near.end(), 1) == near.end()) return {};
+        const Normals<D> normals = corner_normals(outline, x.data());
+        return in_pieces<D>(x.size(), [&](std::ptrdiff_t v, std::vector<ContactPoint<D>>& to) {
+            if (near[v]) add({pair, 0, static_cast<int>(v), 0}, outline, x, normals, shifts, to);
+        });
+    }
+    /// Of the particles of a body, half of whose size is between them and their surface.
+    std::vector<ContactPoint<D>> all(int pair, int body, const Particles<D>& p) const
+    {
+        if (p.count == 0) return {};
+        const double largest = parallel_reduce(
+            p.count, 0.0, [&](std::ptrdiff_t i) { return p.body[i] == body ? p.V[i] : 0.0; },
+            [](double& most, double V) { most = std::max(most, V); });
+        const double more      = std::pow(largest, 1.0 / D) / 2;
+        const Extent<D> places = parallel_reduce(
+            p.count, Extent<D>{p.x[0], p.x[0]},
+            [&](std::ptrdiff_t i) {
+                return Extent<D>{p.x[i], p.x[i]};
+            },
+            [](Extent<D>& all, const Extent<D>& one) {
+                all.add(one.low);
+                all.add(one.high);
+            });
+        const std::vector<Vec<D>> shifts = shifts_of(places, more);
+        std::vector<ContactPoint<D>> r =
+            in_pieces<D>(static_cast<std::size_t>(p.count), [&](std::ptrdiff_t i, std::vector<ContactPoint<D>>& to) {
+                if (p.body[i] != body) return;
+                const auto foot = nearest(p.x[i], nullptr, shifts, more);
+                if (!foot) return;
+                const double size = std::pow(p.V[i], 1.0 / D);
+                to.push_back(point_at({pair, 0, p.id[i], 0}, p.x[i], *foot));
+                to.back().gap -= size / 2;
+                to.back().area = std::pow(size, D - 1);
+            });
+        std::sort(r.begin(), r.end(), [](const auto& a, const auto& b) { return a.key < b.key; });
+        return r;
+    }
+
+  private:
+    static ContactPoint<D> point_at(const ContactKey& key, const Vec<D>& x, const Clearance<D>& foot)
+    {
+        ContactPoint<D> r{.key = key, .face = -1, .weight = {}};
+        r.x      = x;
+        r.normal = foot.normal;
+        r.gap    = foot.gap;
+        return r;
+    }
+    std::vector<Vec<D>> shifts_of(const Extent<D>& extent, double more = 0.0) const
+    {
+        if (std::holds_alternative<HalfSpace<D>>(obstacle_.solid)) return {Vec<D>{}};  // along periodic axes it looks the same
+        const double fast = dt_ * (norm(motion_.velocity) + norm(motion_.spin) * norm(bounds_.upper - bounds_.lower));
+        return shifts_between(extent, Extent<D>{bounds_.lower, bounds_.upper}, reach_ + more + fast, period_);
+    }
+    std::optional<Clearance<D>> nearest(const Vec<D>& x, const Vec<D>* n, const std::vector<Vec<D>>& shifts,
+                                        double more = 0.0) const
+    {
+        std::optional<Clearance<D>> best;
+        for (const Vec<D>& shift : shifts) {
+            const Vec<D> at    = x + shift;
+            const double reach = more + reach_ + dt_ * norm(velocity_at(motion_, at));
+            bool is_near       = true;
+            for (int a = 0; a < D; ++a)
+                is_near = is_near && at[a] >= bounds_.lower[a] - reach && at[a] <= bounds_.upper[a] + reach;
+            if (!is_near) continue;
+            const auto one = clearance(obstacle_, motion_, at, n, reach);
+            if (one && (!best || std::fabs(one->gap) < std::fabs(best->gap))) best = one;
+        }
+        return best;
+    }
+    void add(ContactKey key, const Outline<D>& outline, const std::vector<Vec<D>>& x, const Normals<D>& normals,
+             const std::vector<Vec<D>>& shifts, std::vector<ContactPoint<D>>& to) const
+    {
+        constexpr double same   = 1 - 1e-9;  // cosine between normals of one foot
+        const std::size_t begin = to.size();
+        for (int i = outline.first[key.vertex]; i < outline.first[key.vertex + 1]; ++i) {
+            const auto [face, corner] = outline.around[i];
+            const auto foot           = nearest(x[key.vertex], &normals[face][corner], shifts);
+            if (!foot) continue;
+            const auto at      = outline.corners_of(face, x.data());
+            const double share = share_of_corner(at.data(), outline.faces[face].count, corner);
+            const auto old     = std::find_if(to.begin() + static_cast<std::ptrdiff_t>(begin), to.end(),
+                                              [&](const ContactPoint<D>& one) { return dot(one.normal, foot->normal) > same; });
+            if (old != to.end()) {
+                old->area += share;
+                continue;
+            }
+            to.push_back(point_at(key, x[key.vertex], *foot));
+            to.back().area = share;
+            ++key.ordinal;
+        }
+    }
+
+    const Obstacle<D>& obstacle_;
+    const ObstacleMotion<D>& motion_;
+    double reach_, dt_;
+    Vec<D> period_;
+    Bounds<D> bounds_;
+};
+
+/// A point that stays where it was on an obstacle.
+template <int D>
+ContactPoint<D> point_of(const TiedPoint<D>& tied, const ObstacleMotion<D>& motion, const Outline<D>& outline,
+                         const std::vector<Vec<D>>& x)
+{
+    ContactPoint<D> r{.key = tied.key, .face = -1, .weight = {}};
+    const Vec<3> normal = rotation_of(motion.turn) * padded(tied.normal);
+    std::copy_n(normal.c, D, r.normal.c);
+    r.x       = x[tied.key.vertex];
+    r.is_tied = true;
+    for (int i = outline.first[tied.key.vertex]; i < outline.first[tied.key.vertex + 1]; ++i) {
+        const auto [face, corner] = outline.around[i];
+        const auto own            = outline.corners_of(face, x.data());
+        if (dot(face_area(own.data(), outline.faces[face].count), r.normal) < 0)
+            r.area += share_of_corner(own.data(), outline.faces[face].count, corner);
+    }
+    return r;
+}
+
+/// How far points are looked for, m: half a cell, and what bodies can close in a step.
+template <int D>
+double reach_of(const Model<D>& model, const State<D>& s)
+{
+    return (0.5 + 2 * s.move) * *std::max_element(model.h.c, model.h.c + D);
+}
+
+}  // namespace
+
+template <int D>
+Vec<D> period_of(const Model<D>& model)
+{
+    Vec<D> r{};
+    for (int a = 0; a < D; ++a)
+        if (model.periodic[a]) r[a] = model.cells[a] * model.h[a];
+    return r;
+}
+
+template <int D>
+ContactSurface<D> surface_of(int body, const CellMesh<D>& mesh, const Particles<D>& p, int first, const Vec<D>& period)
+{
+    ContactSurface<D> r{.body = body, .outline = outline_of(mesh, period), .first = {0}, .holders = {}};
+    std::vector<std::vector<std::pair<int, int>>> of(mesh.corners.size());
+    for (int k = 0; k < static_cast<int>(mesh.cells.size()); ++k)
+        for (int c = 0; c < mesh.cells[k].count(); ++c) of[mesh.cells[k][c]].emplace_back(first + k, c);
+    for (const int corner : r.outline.corners) {
+        for (const auto& [i, c] : of[corner]) {
+            r.holders.push_back({i, c, {}});
+            if (p.cell.empty()) r.holders.back().place = inverse(p.edges0[i]) * (mesh.corners[corner] - p.x[i]);
+        }
+        r.first.push_back(static_cast<int>(r.holders.size()));
+    }
+    return r;
+}
+
+template <int D>
+void find_planes_of_symmetry(const Model<D>& model, const CellMesh<D>& mesh, ContactSurface<D>& surface)
+{
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    Outline<D>& outline   = surface.outline;
+    for (const Condition<D>& one : model.conditions) {
+        if (one.type != ConditionType::symmetry || !one.is_plane()) continue;
+        // Between nodes the condition does not hold the plane itself.
+        const double nodes = (one.at - model.origin[one.axis]) / model.h[one.axis], off = 1e-6 * model.h[one.axis];
+        if (std::fabs(nodes - std::round(nodes)) > 1e-9) continue;
+        if (outline.planes.empty()) outline.planes.assign(outline.corners.size(), Vec<D>::filled(none));
+        for (std::size_t v = 0; v < outline.corners.size(); ++v)
+            if (std::fabs(mesh.corners[outline.corners[v]][one.axis] - one.at) <= off) outline.planes[v][one.axis] = one.at;
+    }
+}
+
+template <int D>
+void keep_planes_of_symmetry(const std::vector<Condition<D>>& conditions, ContactSurface<D>& surface)
+{
+    for (Vec<D>& plane : surface.outline.planes)
+        for (int a = 0; a < D; ++a)
+            if (std::none_of(conditions.begin(), conditions.end(), [&](const Condition<D>& one) {
+                    return one.type == ConditionType::symmetry && one.is_plane() && one.axis == a && one.at == plane[a];
+                }))
+                plane[a] = std::numeric_limits<double>::quiet_NaN();
+}
+
+template <int D>
+std::vector<Vec<D>> vertices_of(const ContactSurface<D>& surface, const Model<D>& model, const State<D>& s)
+{
+    const Particles<D>& p = s.particles;
+    if (s.contacts.place_of[surface.holders.front().particle] < 0) return {};
+    const Vec<D> period = period_of(model);
+    std::vector<Vec<D>> r(surface.outline.corners.size());
+    parallel_for_each(static_cast<std::ptrdiff_t>(r.size()), [&](std::ptrdiff_t v) {
+        if (!p.cell.empty()) {
+            const auto& holder = surface.holders[surface.first[v]];
+            r[v]               = p.corner[p.cell[s.contacts.place_of[holder.particle]][holder.corner]];
+            return;
+        }
+        for (int k = surface.first[v]; k < surface.first[v + 1]; ++k) {
+            const auto& holder = surface.holders[k];
+            const int i        = s.contacts.place_of[holder.particle];
+            r[v] += p.x[i] + p.edges[i] * holder.place;
+            for (int a = 0; a < D; ++a)
+                if (period[a] > 0) r[v][a] += p.turns[i][a] * period[a];
+        }
+        r[v] *= 1.0 / (surface.first[v + 1] - surface.first[v]);
+        for (int a = 0; a < D && !surface.outline.planes.empty(); ++a)  // each half drifts away from its image
+            if (!std::isnan(surface.outline.planes[v][a])) r[v][a] = surface.outline.planes[v][a];
+    });
+    return r;
+}
+
+template <int D>
+std::vector<ContactPoint<D>> find_contact_points(const Model<D>& model, const State<D>& s,
+                                                 const std::vector<std::vector<Vec<D>>>& vertices)
+{
+    const double reach  = reach_of(model, s);
+    const Vec<D> period = period_of(model);
+    std::vector<PlacedSurface<D>> placed;
+    for (std::size_t k = 0; k < vertices.size(); ++k) placed.emplace_back(model.surfaces[k].outline, vertices[k]);
+    std::vector<ContactPoint<D>> r;
+    for (std::size_t k = 0; k < model.contacts.size(); ++k) {
+        const ContactPair<D>& pair = model.contacts[k];
+        if (pair.obstacle >= 0) continue;
+        for (int side = 0; side < 2; ++side) {
+            const int own = pair.surface[side], other = pair.surface[1 - side];
+            const Outline<D>&slave = model.surfaces[own].outline, &master = model.surfaces[other].outline;
+            if (vertices[own].empty() || vertices[other].empty()) continue;
+            const PointFinder<D> finder(placed[own], placed[other], reach, period);
+            std::vector<ContactPoint<D>> found;
+            if (!finder.is_empty()) found = finder.all(static_cast<int>(k), side);
+            for (const TiedPoint<D>& tied : pair.tied) {
+                if (tied.key.side != side) continue;
+                std::erase_if(found, [&](const ContactPoint<D>& one) { return one.key.vertex == tied.key.vertex; });
+                found.push_back(point_of(tied, slave, vertices[own], master, vertices[other]));
+            }
+            if (!pair.tied.empty())
+                std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.key < b.key; });
+            r.insert(r.end(), found.begin(), found.end());
+        }
+    }
+    keep_anchors(s.contacts.points, r);
+    return r;
+}
+
+template <int D>
+std::vector<TiedPoint<D>> find_tied_points(const ContactPair<D>& pair, int number, const std::vector<ContactSurface<D>>& surfaces,
+                                           const std::vector<std::vector<Vec<D>>>& vertices, double distance)
+{
+    std::vector<TiedPoint<D>> r;
+    for (int side = 0; side < 2; ++side) {
+        const int own = pair.surface[side], other = pair.surface[1 - side];
+        PlacedSurface<D> slave(surfaces[own].outline, vertices[own]), master(surfaces[other].outline, vertices[other]);
+        const PointFinder<D> finder(slave, master, distance);
+        if (finder.is_empty()) continue;
+        for (const ContactPoint<D>& one : finder.all(number, side)) r.push_back({one.key, one.face, one.weight, {}});
+    }
+    return r;
+}
+
+template <int D>
+std::vector<ContactPoint<D>> find_obstacle_points(const Model<D>& model, const State<D>& s,
+                                                  const std::vector<std::vector<Vec<D>>>& vertices, double dt)
+{
+    std::vector<ContactPoint<D>> r;
+    for (std::size_t k = 0; k < model.contacts.size(); ++k) {
+        const ContactPair<D>& pair = model.contacts[k];
+        if (pair.obstacle < 0) continue;
+        const ObstacleMotion<D>& motion = s.contacts.obstacles[pair.obstacle];
+        const ObstacleFinder<D> finder(model.obstacles[pair.obstacle], motion, reach_of(model, s), dt, period_of(model));
+        const int number = static_cast<int>(k), own = pair.surface[0];
+        std::vector<ContactPoint<D>> found;
+        if (own < 0) {
+            found = finder.all(number, pair.body, s.particles);
+        } else if (!vertices[own].empty()) {
+            found = finder.all(number, model.surfaces[own].outline, vertices[own]);
+            for (const TiedPoint<D>& tied : pair.tied) {
+                std::erase_if(found, [&](const ContactPoint<D>& one) { return one.key.vertex == tied.key.vertex; });
+                found.push_back(point_of(tied, motion, model.surfaces[own].outline, vertices[own]));
+            }
+            if (!pair.tied.empty())
+                std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.key < b.key; });
+        }
+        r.insert(r.end(), found.begin(), found.end());
+    }
+    keep_anchors(s.contacts.points, r);
+    return r;
+}
+
+template <int D>
+std::vector<TiedPoint<D>> find_tied_points(int number, const Obstacle<D>& obstacle, const ContactSurface<D>& surface,
+                                           const std::vector<Vec<D>>& vertices, double distance)
+{
+    const ObstacleMotion<D> start = start_of(obstacle, 0.0);
+    std::vector<TiedPoint<D>> r;
+    for (const ContactPoint<D>& one : ObstacleFinder<D>(obstacle, start, distance, 0.0).all(number, surface.outline, vertices))
+        if (std::fabs(one.gap) <= distance) r.push_back({one.key, -1, {}, one.normal});
+    return r;
+}
+
+template <int D>
+double depth_in(const Obstacle<D>& obstacle, const ContactSurface<D>& surface, const std::vector<Vec<D>>& vertices, double reach)
+{
+    const ObstacleMotion<D> start = start_of(obstacle, 0.0);
+    double r                      = 0.0;
+    for (const ContactPoint<D>& one : ObstacleFinder<D>(obstacle, start, reach, 0.0).all(0, surface.outline, vertices))
+        r = std::max(r, -one.gap);
+    return r;
+}
+
+#define ORDO_CONTACT_POINTS(D)                                                                                             \
+    template Vec<D> period_of(const Model<D>&);                                                                            \
+    template ContactSurface<D> surface_of(int, const CellMesh<D>&, const Particles<D>&, int, const Vec<D>&);               \
+    template void find_planes_of_symmetry(const Model<D>&, const CellMesh<D>&, ContactSurface<D>&);                        \
+    template void keep_planes_of_symmetry(const std::vector<Condition<D>>&, ContactSurface<D>&);                           \
+    template std::vector<Vec<D>> vertices_of(const ContactSurface<D>&, const Model<D>&, const State<D>&);                  \
+    template std::vector<ContactPoint<D>> find_contact_points(const Model<D>&, const State<D>&,                            \
+                                                              const std::vector<std::vector<Vec<D>>>&);                    \
+    template std::vector<TiedPoint<D>> find_tied_points(const ContactPair<D>&, int, const std::vector<ContactSurface<D>>&, \
+                                                        const std::vector<std::vector<Vec<D>>>&, double);                  \
+    template std::vector<ContactPoint<D>> find_obstacle_points(const Model<D>&, const State<D>&,                           \
+                                                               const std::vector<std::vector<Vec<D>>>&, double);           \
+    template std::vector<TiedPoint<D>> find_tied_points(int, const Obstacle<D>&, const ContactSurface<D>&,                 \
+                                                        const std::vector<Vec<D>>&, double);                               \
+    template double depth_in(const Obstacle<D>&, const ContactSurface<D>&, const std::vector<Vec<D>>&, double);
+ORDO_CONTACT_POINTS(2)
+ORDO_CONTACT_POINTS(3)
+#undef ORDO_CONTACT_POINTS
+
+}  // namespace ordo

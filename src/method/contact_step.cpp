@@ -1,0 +1,548 @@
+#include "method/contact_step.hpp"
+
+#include "method/contact_points.hpp"
+#include "shape/bspline.hpp"
+#include "shape/hat.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ordo {
+
+namespace {
+
+constexpr double kPushOut = 0.025;  ///< of an overlap in the time h/c
+constexpr double kClose   = 0.3;    ///< of the gap of a point that has pressed, in the same
+constexpr double kAnchor  = 0.3;    ///< of the slip of a point that sticks, in the same
+
+/// The nodes that vertices of outlines move with: v = sum_i N_i(x) v_i.
+template <int D>
+class VertexRows {
+  public:
+    VertexRows(const State<D>& s, std::size_t count)
+        : s_(s), width_(s.lattice.basis.degree + 1), size_(power_of(width_, D)), nodes_(count * size_), weights_(count * size_)
+    {}
+
+    /// Sets row k: the basis at x, on the records of a field that begin at `first_node`. Images of periodic axes stand for the nodes that
+    /// they repeat.
+    void set(std::size_t k, const Vec<D>& x, std::ptrdiff_t first_node)
+    {
+        switch (s_.lattice.basis.degree) {
+        case 2: return set_by<BSpline<2>>(k, x, first_node);
+        case 3: return set_by<BSpline<3>>(k, x, first_node);
+        default: return set_by<Hat>(k, x, first_node);
+        }
+    }
+    std::size_t size() const { return size_; }
+    std::ptrdiff_t& node(std::size_t row, std::size_t n) { return nodes_[row * size_ + n]; }
+    std::ptrdiff_t node(std::size_t row, std::size_t n) const { return nodes_[row * size_ + n]; }
+    double weight(std::size_t row, std::size_t n) const { return weights_[row * size_ + n]; }
+
+  private:
+    template <class Basis>
+    void set_by(std::size_t k, const Vec<D>& x, std::ptrdiff_t first_node)
+    {
+        const Lattice<D>& g = s_.lattice;
+        double w[D][Basis::width], dw[Basis::width];
+        Index<D> first{};
+        for (int a = 0; a < D; ++a)
+            first[a] = static_cast<int>(Basis::row(g, a, g.cell_coordinate(a, g.inside_period(x)[a]), w[a], dw));
+        std::size_t n = k * size_;
+        IndexBox<D>{{}, Index<D>::filled(width_)}.for_each([&](const Index<D>& step) {
+            weights_[n] = 1.0;
+            for (int a = 0; a < D; ++a) weights_[n] *= w[a][step[a]];
+            nodes_[n++] = first_node + g.offset(g.inside_period(first + step));
+        });
+    }
+
+    const State<D>& s_;
+    int width_;
+    std::size_t size_;
+    std::vector<std::ptrdiff_t> nodes_;
+    std::vector<double> weights_;
+};
+
+/// A matrix by rows, of which the columns are wanted: for each column its entries, rows ascending.
+struct Columns {
+    struct Entry {
+        int row;
+        double weight;
+    };
+    std::vector<int> first;
+    std::vector<Entry> entries;
+
+    /// for_each(f) calls f(row, column, weight) for all entries, rows ascending.
+    template <class ForEach>
+    Columns(std::size_t columns, const ForEach& for_each) : first(columns + 1, 0)
+    {
+        for_each([&](int, int column, double) { ++first[column + 1]; });
+        for (std::size_t k = 0; k < columns; ++k) first[k + 1] += first[k];
+        entries.resize(static_cast<std::size_t>(first.back()));
+        std::vector<int> next(first.begin(), first.end() - 1);
+        for_each([&](int row, int column, double weight) { entries[static_cast<std::size_t>(next[column]++)] = {row, weight}; });
+    }
+    /// to[column] = sum of weight from[row], in parallel; each sum in the order of the rows.
+    template <class T>
+    void sum(const std::vector<T>& from, std::vector<T>& to) const
+    {
+        to.resize(first.size() - 1);
+        parallel_for_each(static_cast<std::ptrdiff_t>(to.size()), [&](std::ptrdiff_t k) {
+            T total{};
+            for (int e = first[k]; e < first[k + 1]; ++e) total += entries[e].weight * from[entries[e].row];
+            to[k] = total;
+        });
+    }
+};
+
+/// The contacts of a step.
+template <int D>
+class Meeting {
+  public:
+    /// `before`: obstacles before the kick.
+    Meeting(const Model<D>& model, State<D>& s, Lanes* nodes, double dt, double dt_kick, std::vector<ObstacleMotion<D>> before)
+        : model_(model), s_(s), nodes_(nodes), dt_(dt), dt_kick_(dt_kick), motions_before_(std::move(before))
+    {}
+
+    /// Finds the points. Returns whether there are any.
+    bool find()
+    {
+        std::vector<std::vector<Vec<D>>> vertices;
+        for (const ContactSurface<D>& surface : model_.surfaces) vertices.push_back(vertices_of(surface, model_, s_));
+        points_ = find_contact_points(model_, s_, vertices);
+        if (!model_.obstacles.empty()) {
+            const auto found = find_obstacle_points(model_, s_, vertices, dt_);
+            points_.insert(points_.end(), found.begin(), found.end());
+        }
+        if (points_.empty()) return false;
+        number_vertices(vertices);
+        number_nodes();
+        return true;
+    }
+
+    void solve()
+    {
+        int sweeps = 1;
+        for (const ContactPair<D>& pair : model_.contacts) sweeps = std::max(sweeps, pair.sweeps);
+        find_yields();
+        std::vector<Vec<D>> u;
+        find_motion(v_start_, motions_before_, before_);
+        for (int sweep = 0; sweep < sweeps; ++sweep) {
+            find_motion(v_, s_.contacts.obstacles, u);
+            find_resistance(u);
+            std::vector<Vec<D>> change(points_.size());
+            parallel_for_each(count(points_), [&](std::ptrdiff_t q) { change[q] = correct(q, u[q]); });
+            add(change);
+        }
+        find_motion(v_, s_.contacts.obstacles, after_);
+        parallel_for_each(count(points_), [&](std::ptrdiff_t q) { follow(points_[q], after_[q]); });
+    }
+
+    /// Gives the nodes their velocities, conditions what they hold, and the state its points.
+    void finish(const Moment& when, const ExchangeSums<D>& sums)
+    {
+        parallel_for_each(count(v_), [&](std::ptrdiff_t k) {
+            Lanes& node = nodes_[node_[k]];
+            for (int a = 0; a < D; ++a) {
+                node[NodeLane::velocity + a] += inverse_mass_[k][a] * impulse_[k][a];
+                node[NodeLane::increment + a] += inverse_mass_[k][a] * impulse_[k][a];
+            }
+        });
+        if (sums.is_wanted())
+            s_.field.constraints.add_impulses(model_.conditions, when, sums, [&](std::ptrdiff_t node, int a) {
+                const int k = s_.contacts.number[node] - 1;
+                return k >= 0 ? -impulse_[k][a] : 0.0;
+            });
+        for (const std::ptrdiff_t node : node_) s_.contacts.number[node] = 0;
+        report();
+        s_.contacts.dt     = dt_kick_;
+        s_.contacts.points = std::move(points_);
+    }
+
+  private:
+    template <class T>
+    static std::ptrdiff_t count(const std::vector<T>& v)
+    {
+        return static_cast<std::ptrdiff_t>(v.size());
+    }
+    const ContactPair<D>& pair_of(const ContactPoint<D>& point) const { return model_.contacts[point.key.pair]; }
+    int obstacle_of(const ContactPoint<D>& point) const { return pair_of(point).obstacle; }
+    /// Of the surface that point q is a vertex of, and of the other.
+    int slave_of(const ContactPoint<D>& point) const { return pair_of(point).surface[point.key.side]; }
+    int master_of(const ContactPoint<D>& point) const { return pair_of(point).surface[1 - point.key.side]; }
+    const auto& master_vertices(const ContactPoint<D>& point) const
+    {
+        return model_.surfaces[master_of(point)].outline.vertices[point.face];
+    }
+    /// Of the foot: none on an obstacle.
+    int corner_count(const ContactPoint<D>& point) const
+    {
+        return obstacle_of(point) < 0 ? model_.surfaces[master_of(point)].outline.faces[point.face].count : 0;
+    }
+
+    /// Numbers the vertices that the points use, and finds their rows.
+    void number_vertices(const std::vector<std::vector<Vec<D>>>& vertices)
+    {
+        std::vector<std::vector<int>> number(vertices.size());
+        struct Used {
+            Vec<D> x;
+            int body;
+        };
+        std::vector<Used> used;
+        for (std::size_t k = 0; k < vertices.size(); ++k) number[k].assign(vertices[k].size(), -1);
+        auto row_of = [&](int surface, int vertex) {
+            int& r = number[surface][vertex];
+            if (r < 0) {
+                r = static_cast<int>(used.size());
+                used.push_back({vertices[surface][vertex], model_.surfaces[surface].body});
+            }
+            return r;
+        };
+        vertex_.resize(points_.size() * corners_at_most);
+        for (std::size_t q = 0; q < points_.size(); ++q) {
+            const ContactPoint<D>& point = points_[q];
+            int* of                      = &vertex_[q * corners_at_most];
+            if (slave_of(point) < 0) {  // a particle
+                of[0] = static_cast<int>(used.size());
+                used.push_back({point.x, pair_of(point).body});
+                continue;
+            }
+            of[0] = row_of(slave_of(point), point.key.vertex);
+            for (int c = 0; c < corner_count(point); ++c) of[1 + c] = row_of(master_of(point), master_vertices(point)[c]);
+        }
+        rows_.emplace(s_, used.size());
+        row_count_ = used.size();
+        parallel_for_each(count(used), [&](std::ptrdiff_t k) {
+            const int field = model_.field_of(used[k].body);
+            rows_->set(static_cast<std::size_t>(k), used[k].x, s_.field.tiles.first_node(field));
+        });
+        points_of_.emplace(row_count_, [&](auto&& f) {
+            for (int q = 0; q < static_cast<int>(points_.size()); ++q) {
+                f(q, vertex_[q * corners_at_most], 1.0);
+                for (int c = 0; c < corner_count(points_[q]); ++c)
+                    f(q, vertex_[q * corners_at_most + 1 + c], points_[q].weight[c]);
+            }
+        });
+    }
+
+    /// Numbers the nodes of these rows, which then refer to these numbers.
+    void number_nodes()
+    {
+        Array<int>& number = s_.contacts.number;
+        if (number.size() != s_.field.nodes.size()) number = Array<int>(s_.field.nodes.size(), Pages::own);
+        for (std::size_t k = 0; k < row_count_; ++k)
+            for (std::size_t n = 0; n < rows_->size(); ++n) {
+                std::ptrdiff_t& node = rows_->node(k, n);
+                if (number[node] == 0) {
+                    node_.push_back(node);
+                    number[node] = static_cast<int>(node_.size());
+                }
+                node = number[node] - 1;
+            }
+        rows_of_.emplace(node_.size(), [&](auto&& f) {
+            for (std::size_t k = 0; k < row_count_; ++k)
+                for (std::size_t n = 0; n < rows_->size(); ++n)
+                    f(static_cast<int>(k), static_cast<int>(rows_->node(k, n)), rows_->weight(k, n));
+        });
+        v_.resize(node_.size());
+        v_start_.resize(node_.size());
+        inverse_mass_.resize(node_.size());
+        impulse_.assign(node_.size(), {});
+        parallel_for_each(count(node_), [&](std::ptrdiff_t k) {
+            const Lanes& node = nodes_[node_[k]];
+            v_[k]             = velocity_of<D>(node);
+            for (int a = 0; a < D; ++a) v_start_[k][a] = v_[k][a] - node[NodeLane::increment + a];
+            const double m   = node[NodeLane::mass];
+            inverse_mass_[k] = Vec<D>::filled(m > 0 ? 1 / m : 0.0);
+        });
+        s_.field.constraints.for_each([&](std::ptrdiff_t node, int a, bool) {
+            if (number[node] > 0) inverse_mass_[number[node] - 1][a] = 0.0;
+        });
+    }
+
+    /// The values of nodes at the vertices.
+    std::vector<Vec<D>> at_vertices(const std::vector<Vec<D>>& of_nodes) const
+    {
+        std::vector<Vec<D>> r(row_count_);
+        parallel_for_each(count(r), [&](std::ptrdiff_t k) {
+            const auto row = static_cast<std::size_t>(k);
+            for (std::size_t n = 0; n < rows_->size(); ++n) r[row] += rows_->weight(row, n) * of_nodes[rows_->node(row, n)];
+        });
+        return r;
+    }
+
+    /// The relative velocities at the points, for velocities of nodes and obstacles.
+    void find_motion(const std::vector<Vec<D>>& of_nodes, const std::vector<ObstacleMotion<D>>& of_obstacles,
+                     std::vector<Vec<D>>& u) const
+    {
+        const std::vector<Vec<D>> v = at_vertices(of_nodes);
+        u.resize(points_.size());
+        parallel_for_each(count(points_), [&](std::ptrdiff_t q) {
+            const int* of = &vertex_[q * corners_at_most];
+            u[q]          = v[of[0]];
+            for (int c = 0; c < corner_count(points_[q]); ++c) u[q] -= points_[q].weight[c] * v[of[1 + c]];
+            if (const int k = obstacle_of(points_[q]); k >= 0) u[q] -= velocity_at(of_obstacles[k], points_[q].x);
+        });
+    }
+
+    /// The inverse inertias of the obstacles that forces move, and how much they yield at the points.
+    void find_yields()
+    {
+        inertias_.resize(model_.obstacles.size());
+        for (std::size_t k = 0; k < inertias_.size(); ++k)
+            inertias_[k] = {model_.obstacles[k].is_moved(), inverse_inertia(model_.obstacles[k], s_.contacts.obstacles[k])};
+        yields_.resize(points_.size());
+        parallel_for_each(count(points_), [&](std::ptrdiff_t q) {
+            const int k = obstacle_of(points_[q]);
+            yields_[q]  = k >= 0 && inertias_[k].is_moved ? yield_of(points_[q], k) : Yield{};
+        });
+    }
+
+    /// At a point q of an obstacle an impulse along e at q' gives the velocity e.(M^-1 e') + (r x e).J^-1 (r' x e') along e, which
+    /// is at most the sum of two products of root(e.M^-1 e) and root((r x e).J^-1 (r x e)) at q and q'.
+    struct Yield {
+        double pushed = 0.0, turned = 0.0;              ///< along the normal
+        double pushed_along = 0.0, turned_along = 0.0;  ///< along tangents: at least the largest
+    };
+    Yield yield_of(const ContactPoint<D>& point, int k) const
+    {
+        const Vec<3> r = padded(point.x - s_.contacts.obstacles[k].center), n = padded(point.normal);
+        auto turned = [&](const Vec<3>& e) { return dot(cross(r, e), inertias_[k].inverse * cross(r, e)); };
+        Yield y;
+        double most = 0.0, all = 0.0;
+        for (int a = 0; a < D; ++a) {
+            const double yields = model_.obstacles[k].inverse_mass[a];
+            y.pushed += yields * n[a] * n[a];
+            most = std::max(most, yields);
+            Vec<3> axis{};
+            axis[a] = 1.0;
+            all += turned(axis);
+        }
+        const double across = turned(n);
+        y.turned_along      = std::sqrt(std::max(0.0, all - across));
+        y.turned            = std::sqrt(across);
+        y.pushed            = std::sqrt(y.pushed);
+        y.pushed_along      = std::sqrt(most);
+        return y;
+    }
+
+    /// The velocity that the gap asks for along the normal, m/s.
+    double needed(const ContactPoint<D>& point) const
+    {
+        if (point.gap > 0 && !point.has_pressed) return point.gap / dt_;
+        return (point.gap > 0 ? kClose : kPushOut) * rate(point) * point.gap;
+    }
+    /// c/h
+    double rate(const ContactPoint<D>& point) const
+    {
+        return pair_of(point).wave_speed / *std::min_element(model_.h.c, model_.h.c + D);
+    }
+    bool is_active(const ContactPoint<D>& point, const Vec<D>& u) const
+    {
+        return point.is_tied || point.p > 0 || dot(u, point.normal) + needed(point) < 0;
+    }
+
+    /// The rows' sums D of the points, along the axes.
+    void find_resistance(const std::vector<Vec<D>>& u)
+    {
+        std::vector<double> areas(points_.size()), of_vertices, of_nodes;
+        parallel_for_each(count(points_),
+                          [&](std::ptrdiff_t q) { areas[q] = is_active(points_[q], u[q]) ? points_[q].area : 0.0; });
+        points_of_->sum(areas, of_vertices);
+        rows_of_->sum(of_vertices, of_nodes);
+        std::vector<Vec<D>> response(node_.size());
+        for (std::size_t k = 0; k < node_.size(); ++k) response[k] = of_nodes[k] * inverse_mass_[k];
+        const std::vector<Vec<D>> at = at_vertices(response);
+        resistance_.resize(points_.size());
+        parallel_for_each(count(points_), [&](std::ptrdiff_t q) {
+            const int* of  = &vertex_[q * corners_at_most];
+            resistance_[q] = at[of[0]];
+            for (int c = 0; c < corner_count(points_[q]); ++c) resistance_[q] += points_[q].weight[c] * at[of[1 + c]];
+        });
+        find_resistance_of_obstacles(areas);
+    }
+
+    /// Finds what moved obstacles add to the sums along normals and tangents. Either is an upper bound of its part of the operator, and
+    /// twice both of the whole, so that sweeps do not diverge.
+    void find_resistance_of_obstacles(const std::vector<double>& areas)
+    {
+        std::vector<Yield> sum(inertias_.size());
+        for (std::size_t q = 0; q < points_.size(); ++q) {
+            const int k = obstacle_of(points_[q]);
+            if (k < 0 || !inertias_[k].is_moved) continue;
+            sum[k].pushed += areas[q] * yields_[q].pushed;
+            sum[k].turned += areas[q] * yields_[q].turned;
+            sum[k].pushed_along += areas[q] * yields_[q].pushed_along;
+            sum[k].turned_along += areas[q] * yields_[q].turned_along;
+        }
+        of_obstacles_.assign(points_.size(), {});
+        for (std::size_t q = 0; q < points_.size(); ++q) {
+            const int k = obstacle_of(points_[q]);
+            if (k < 0 || !inertias_[k].is_moved) continue;
+            const Yield& y   = yields_[q];
+            of_obstacles_[q] = {y.pushed * sum[k].pushed + y.turned * sum[k].turned,
+                                y.pushed_along * sum[k].pushed_along + y.turned_along * sum[k].turned_along};
+        }
+    }
+
+    /// Changes the impulse of point q in a sweep. Returns the change of the impulse, N s.
+    Vec<D> correct(std::ptrdiff_t q, const Vec<D>& u)
+    {
+        ContactPoint<D>& point     = points_[q];
+        const ContactPair<D>& pair = pair_of(point);
+        const Vec<D>&n = point.normal, &d = resistance_[q];
+        double across = 0.0, all = 0.0;  // D along the normal, and the sum of D along all axes
+        for (int a = 0; a < D; ++a) {
+            across += n[a] * n[a] * d[a];
+            all += d[a];
+        }
+        const double along = (all - across) / (D - 1) + of_obstacles_[q].along;
+        across += of_obstacles_[q].across;
+        all = across + (D - 1) * along;
+        if (!(all > 0)) return {};
+        const double u_n = dot(u, n), p = point.p;
+        const Vec<D> u_t = u - u_n * n, t = point.t;
+        const double pull = kAnchor * rate(point);
+        if (across > 1e-9 * all) {
+            point.p = p - (u_n + (point.is_tied ? pull * dot(point.anchor, n) : needed(point))) / across;
+            if (!point.is_tied) point.p = std::max(0.0, point.p);
+        }
+        const bool grips = point.is_tied || pair.type == ContactType::no_slip || pair.type == ContactType::tied;
+        point.sticks     = point.is_tied || (point.p > 0 && pair.type != ContactType::frictionless);
+        if (point.sticks && along > 1e-9 * all) {
+            point.t -= (1 / along) * (u_t + pull * (point.anchor - dot(point.anchor, n) * n));
+            const double limit = pair.friction * point.p + dt_kick_ * pair.adhesion, size = norm(point.t);
+            if (!grips && size > limit) {
+                point.t *= limit / size;
+                point.sticks = false;
+            }
+        }
+        if (!(point.p > 0) && !point.is_tied) point.t = {};
+        return point.area * ((point.p - p) * n + (point.t - t));
+    }
+
+    /// Adds changes of impulses to nodes.
+    void add(const std::vector<Vec<D>>& change)
+    {
+        // Each vertex of the other surface gets its weight of the reaction.
+        std::vector<Vec<D>> of_vertices(row_count_), of_nodes;
+        parallel_for_each(count(of_vertices), [&](std::ptrdiff_t k) {
+            for (int e = points_of_->first[k]; e < points_of_->first[k + 1]; ++e) {
+                const auto& [q, weight] = points_of_->entries[e];
+                const bool is_own       = vertex_[static_cast<std::size_t>(q) * corners_at_most] == k;
+                of_vertices[k] += (is_own ? 1.0 : -weight) * change[q];
+            }
+        });
+        rows_of_->sum(of_vertices, of_nodes);
+        parallel_for_each(count(node_), [&](std::ptrdiff_t k) {
+            impulse_[k] += of_nodes[k];
+            for (int a = 0; a < D; ++a) v_[k][a] += inverse_mass_[k][a] * of_nodes[k][a];
+        });
+        push_obstacles(change);
+    }
+
+    /// Adds the reactions to the obstacles that they move.
+    void push_obstacles(const std::vector<Vec<D>>& change)
+    {
+        std::vector<Vec<D>> impulse(inertias_.size(), Vec<D>{});
+        std::vector<Vec<3>> moment(inertias_.size(), Vec<3>{});
+        for (std::size_t q = 0; q < points_.size(); ++q) {
+            const int k = obstacle_of(points_[q]);
+            if (k < 0 || !inertias_[k].is_moved) continue;
+            impulse[k] -= change[q];
+            moment[k] -= cross(padded(points_[q].x - s_.contacts.obstacles[k].center), padded(change[q]));
+        }
+        for (std::size_t k = 0; k < inertias_.size(); ++k) {
+            ObstacleMotion<D>& motion = s_.contacts.obstacles[k];
+            for (int a = 0; a < D; ++a) motion.velocity[a] += model_.obstacles[k].inverse_mass[a] * impulse[k][a];
+            motion.spin += inertias_[k].inverse * moment[k];
+        }
+    }
+
+    /// The anchor after the step, in which the point moves with u.
+    void follow(ContactPoint<D>& point, const Vec<D>& u) const
+    {
+        point.slip = u - dot(u, point.normal) * point.normal;
+        if (point.is_tied)
+            point.anchor += dt_ * u;
+        else if (point.sticks)
+            point.anchor += dt_ * point.slip;
+        else
+            point.anchor = {};
+    }
+
+    /// Adds forces and work to the account of the contacts. Impulses work on the mean of the velocities before the kick and after
+    /// contact, like the forces that act in the same step: on bodies at rest they take nothing, though they undo a kick.
+    void report() const
+    {
+        s_.contacts.clear_forces();
+        for (std::size_t q = 0; q < points_.size(); ++q) {
+            const ContactPoint<D>& point = points_[q];
+            const int k                  = obstacle_of(point);
+            ContactExchange& to          = k < 0 ? s_.contacts.pairs[point.key.pair] : s_.contacts.obstacles[k].exchange;
+            const Vec<D> mean = 0.5 * (before_[q] + after_[q]), impulse = point.area * (point.p * point.normal + point.t);
+            const Vec<3> force = ((k < 0 && point.key.side == 0 ? 1.0 : -1.0) / dt_kick_) * padded(impulse);
+            to.force += force;
+            if (k < 0) {
+                to.moment += cross(padded(point.x), force);
+            } else {
+                ObstacleMotion<D>& motion = s_.contacts.obstacles[k];
+                to.moment += cross(padded(point.x - motion.center), force);
+                motion.work -= 0.5 * dot(impulse, velocity_at(motions_before_[k], point.x) + velocity_at(motion, point.x));
+            }
+            to.dissipated -= point.area * point.p * dot(point.normal, mean);
+            to.friction -= point.area * dot(point.t, mean);
+        }
+    }
+
+    static constexpr std::size_t corners_at_most = 1 + Face<D>::max_corners;
+
+    /// Of an obstacle.
+    struct Inertia {
+        bool is_moved = false;
+        Mat<3> inverse{};  ///< 1/(kg m^2)
+    };
+    /// Of a row sum.
+    struct Resistance {
+        double across = 0.0, along = 0.0;
+    };
+
+    const Model<D>& model_;
+    State<D>& s_;
+    Lanes* nodes_;
+    double dt_, dt_kick_;
+    std::vector<ContactPoint<D>> points_;
+    std::vector<int> vertex_;  ///< rows of each point: its own vertex and those of its foot
+    std::size_t row_count_ = 0;
+    std::optional<VertexRows<D>> rows_;
+    std::optional<Columns> points_of_;                          ///< by vertices
+    std::optional<Columns> rows_of_;                            ///< by nodes
+    std::vector<std::ptrdiff_t> node_;                          ///< records of the nodes
+    std::vector<Vec<D>> v_start_, v_, inverse_mass_, impulse_;  ///< v_start_: before the kick
+    std::vector<Vec<D>> before_, after_, resistance_;           ///< at the points
+    std::vector<Inertia> inertias_;
+    std::vector<Yield> yields_;             ///< at the points
+    std::vector<Resistance> of_obstacles_;  ///< likewise
+    std::vector<ObstacleMotion<D>> motions_before_;
+};
+
+}  // namespace
+
+template <int D>
+void meet(const Model<D>& model, State<D>& s, Lanes* nodes, const Moment& when, double dt, const ExchangeSums<D>& sums)
+{
+    std::vector<ObstacleMotion<D>> before = s.contacts.obstacles;
+    kick(model.obstacles, s.contacts.obstacles, model.gravity, when.t, dt);
+    Meeting<D> meeting(model, s, nodes, when.dt, dt, std::move(before));
+    if (!meeting.find()) {
+        s.contacts.points.clear();
+        s.contacts.clear_forces();
+        return;
+    }
+    meeting.solve();
+    meeting.finish(when, sums);
+}
+
+template void meet(const Model<2>&, State<2>&, Lanes*, const Moment&, double, const ExchangeSums<2>&);
+template void meet(const Model<3>&, State<3>&, Lanes*, const Moment&, double, const ExchangeSums<3>&);
+
+}  // namespace ordo
