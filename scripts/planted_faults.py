@@ -456,7 +456,7 @@ FAULTS = [
           "return @u * v * (T(to_next_[i]) * v + T(to_last_[(i + 1) % count_]) * u)@;", "T(0.0)",
           "unit:CurvedFace.IsOfFourthOrderOnCirclesAndSpheres"),
     fault("contact-from-behind", "faces that look the same way are in contact", "shape/face_search.hpp",
-          "|| @!(dot(foot.normal, n) < facing)@) continue;", "false", "unit:FaceSearch.EndsAtTheOutline"),
+          "|| @!(dot(foot.normal, n) < kFacing)@) continue;", "false", "unit:FaceSearch.EndsAtTheOutline"),
     # contact
     fault("contact-without-anchors", "points that stick forget how far they have slipped", "method/contact_points.cpp",
           "point.anchor      = @turned(old->anchor, old->normal, point.normal)@;", "Vec<D>{}", BLOCK_ON_SLOPE),
@@ -465,7 +465,7 @@ FAULTS = [
           "norm(face_area(at.data(), slave_.faces[face].count))", CONTACT_AREAS),
     fault("contact-one-sided", "only the first body of a pair has contact points", "method/contact_points.cpp",
           "for (int side = 0; side < @2@; ++side) {\n            const int own = pair.surface[side], other = pair.surface[1 - side];\n"
-          "            const Outline", "1", CONTACT_AREAS),
+          "            if (vertices", "1", CONTACT_AREAS),
     fault("contact-on-flat-faces", "bodies meet on flat faces", "method/contact_points.cpp",
           "normals_ = @corner_normals(*outline_, x_->data())@;", "corner_normals(*outline_, x_->data(), 0.0)", "pass:ContactPoints.LieOnCurvedFaces"),
     fault("contact-normal-of-slave", "the normal is that of the vertex, out of the wrong body", "method/contact_points.cpp",

@@ -183,11 +183,13 @@ setup::TractionSpec<D> traction_of(const TractionInput& t, const CaseInput& in)
     return r;
 }
 
-setup::ContactSpec contact_of(const ContactInput& c, const CaseInput& in)
+/// The part that contacts and obstacles have in common.
+template <class Input>
+setup::ContactSpec contact_of(const Input& c, const CaseInput& in)
 {
     const auto type = std::find(kContactNames.begin(), kContactNames.end(), c.type) - kContactNames.begin();
     return {.name     = c.name,
-            .bodies   = is_of_all(c) ? std::vector<int>{} : numbers_of(c.bodies, in.bodies),
+            .bodies   = is_of_all(c.bodies) ? std::vector<int>{} : numbers_of(c.bodies, in.bodies),
             .type     = static_cast<ContactType>(type),
             .friction = c.friction.value_or(0.0),
             .adhesion = c.adhesion.value_or(0.0),
@@ -215,16 +217,8 @@ Solid<D> solid_of(const ObstacleInput& o)
 template <int D>
 setup::ObstacleSpec<D> obstacle_of(const ObstacleInput& o, const CaseInput& in)
 {
-    const auto type = std::find(kContactNames.begin(), kContactNames.end(), o.type) - kContactNames.begin();
-    setup::ObstacleSpec<D> r{.contact  = {.name     = o.name,
-                                          .bodies   = is_of_all(o.bodies) ? std::vector<int>{} : numbers_of(o.bodies, in.bodies),
-                                          .type     = static_cast<ContactType>(type),
-                                          .friction = o.friction.value_or(0.0),
-                                          .adhesion = o.adhesion.value_or(0.0),
-                                          .sweeps   = o.sweeps},
-                             .solid    = solid_of<D>(o),
-                             .velocity = make_vector_field<D>(o.velocity),
-                             .mass     = o.mass};
+    setup::ObstacleSpec<D> r{
+        .contact = contact_of(o, in), .solid = solid_of<D>(o), .velocity = make_vector_field<D>(o.velocity), .mass = o.mass};
     if (!o.center.empty()) r.center = to_vec<D>(o.center);
     for (std::size_t a = 0; a < o.rotation.size(); ++a) r.spin[D == 3 ? a : 2] = make_field(o.rotation[a]);
     for (const std::string& one : o.held)

@@ -1251,7 +1251,7 @@ std::string resolve_path(const std::string& name, const std::filesystem::path& c
 void validate_contact(ContactInput& in, std::size_t k, const CaseInput& c)
 {
     settle_name(in, "contact", k);
-    if (is_of_all(in)) return;
+    if (is_of_all(in.bodies)) return;
     require_known(in, "bodies", in.bodies, names_of(c.bodies), "[[body]]");
 }
 
@@ -1453,7 +1453,6 @@ void validate(CaseInput& c, const std::filesystem::path& file)
 }  // namespace
 
 bool is_of_all(const std::vector<std::string>& bodies) { return bodies == std::vector<std::string>{"all"}; }
-bool is_of_all(const ContactInput& c) { return is_of_all(c.bodies); }
 
 // clang-format off
 const std::vector<ShapeInfo>& shapes()

@@ -93,8 +93,7 @@ struct ContactInput : Located {
     int sweeps = 1;
 };
 
-/// Whether a contact is between all bodies.
-bool is_of_all(const ContactInput& c);
+/// Whether a list of bodies says all of them.
 bool is_of_all(const std::vector<std::string>& bodies);
 
 /// A rigid solid that bodies meet.

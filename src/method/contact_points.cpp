@@ -66,6 +66,11 @@ class PlacedSurface {
         if (normals_.empty()) normals_ = corner_normals(*outline_, x_->data());
         return normals_;
     }
+    /// Of the plane of a face.
+    Vec<D> normal_of(int face) const
+    {
+        return unit(face_area(outline_->corners_of(face, x_->data()).data(), outline_->faces[face].count));
+    }
 
   private:
     const Outline<D>* outline_;
@@ -96,10 +101,9 @@ class PointFinder {
         search_.emplace(master.outline(), master.x().data(), master.normals().data(), reach, within);
     }
 
-    bool is_empty() const { return shifts_.empty(); }
-
     std::vector<ContactPoint<D>> all(int pair, int side) const
     {
+        if (shifts_.empty()) return {};
         return in_pieces<D>(x_.size(), [&](std::ptrdiff_t v, std::vector<ContactPoint<D>>& to) {
             add({pair, side, static_cast<int>(v), 0}, to);
         });
@@ -178,22 +182,45 @@ void keep_anchors(const std::vector<ContactPoint<D>>& before, std::vector<Contac
     }
 }
 
+/// The point of a tied vertex, for the normal out of the other side; `part` of the vertex's faces that look there count.
 template <int D>
-ContactPoint<D> point_of(const TiedPoint<D>& tied, const Outline<D>& slave, const std::vector<Vec<D>>& x,
-                         const Outline<D>& master, const std::vector<Vec<D>>& y)
+ContactPoint<D> point_of(const TiedPoint<D>& tied, const PlacedSurface<D>& slave, const Vec<D>& normal, double part)
 {
+    const Outline<D>& outline = slave.outline();
     ContactPoint<D> r{.key = tied.key, .face = tied.face, .weight = tied.weight};
-    const auto at = master.corners_of(tied.face, y.data());
-    r.x           = x[tied.key.vertex];
-    r.normal      = unit(face_area(at.data(), master.faces[tied.face].count));
-    r.is_tied     = true;
-    for (int i = slave.first[tied.key.vertex]; i < slave.first[tied.key.vertex + 1]; ++i) {
-        const auto [face, corner] = slave.around[i];
-        const auto own            = slave.corners_of(face, x.data());
-        if (dot(face_area(own.data(), slave.faces[face].count), r.normal) < 0)
-            r.area += 0.5 * share_of_corner(own.data(), slave.faces[face].count, corner);
+    r.x       = slave.x()[tied.key.vertex];
+    r.normal  = normal;
+    r.is_tied = true;
+    for (int i = outline.first[tied.key.vertex]; i < outline.first[tied.key.vertex + 1]; ++i) {
+        const auto [face, corner] = outline.around[i];
+        const auto own            = outline.corners_of(face, slave.x().data());
+        if (dot(face_area(own.data(), outline.faces[face].count), r.normal) < 0)
+            r.area += part * share_of_corner(own.data(), outline.faces[face].count, corner);
     }
     return r;
+}
+
+/// Adds the points that were found on one side of a pair; tied vertices have point(tied) instead, one each.
+template <int D, class F>
+void add_points(std::vector<ContactPoint<D>> found, const std::vector<TiedPoint<D>>& tied, int side, const F& point,
+                std::vector<ContactPoint<D>>& to)
+{
+    auto comes_before = [](const ContactKey& a, const ContactKey& b) {
+        return std::pair{a.side, a.vertex} < std::pair{b.side, b.vertex};
+    };
+    if (!tied.empty()) {
+        std::erase_if(found, [&](const ContactPoint<D>& one) {
+            const auto at = std::lower_bound(tied.begin(), tied.end(), one.key,
+                                             [&](const TiedPoint<D>& a, const ContactKey& b) { return comes_before(a.key, b); });
+            return at != tied.end() && !comes_before(one.key, at->key);
+        });
+        for (std::size_t k = 0; k < tied.size(); ++k) {
+            const bool is_last = k + 1 == tied.size() || comes_before(tied[k].key, tied[k + 1].key);
+            if (tied[k].key.side == side && is_last) found.push_back(point(tied[k]));
+        }
+        std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.key < b.key; });
+    }
+    to.insert(to.end(), found.begin(), found.end());
 }
 
 /// Finds the points of bodies on an obstacle.
@@ -207,15 +234,17 @@ class ObstacleFinder {
     {}
 
     /// Of the vertices of a surface: each of their faces counts with its share where its own normal finds a foot.
-    std::vector<ContactPoint<D>> all(int pair, const Outline<D>& outline, const std::vector<Vec<D>>& x) const
+    std::vector<ContactPoint<D>> all(int pair, PlacedSurface<D>& surface) const
     {
-        const std::vector<Vec<D>> shifts = shifts_of(Extent<D>::of(x));
+        const Outline<D>& outline        = surface.outline();
+        const std::vector<Vec<D>>& x     = surface.x();
+        const std::vector<Vec<D>> shifts = shifts_of(surface.extent());
         if (shifts.empty()) return {};
         std::vector<char> near(x.size());
         parallel_for_each(static_cast<std::ptrdiff_t>(x.size()),
                           [&](std::ptrdiff_t v) { near[v] = nearest(x[v], nullptr, shifts).has_value(); });
         if (std::find(near.begin(), near.end(), 1) == near.end()) return {};
-        const Normals<D> normals = corner_normals(outline, x.data());
+        const Normals<D>& normals = surface.normals();
         return in_pieces<D>(x.size(), [&](std::ptrdiff_t v, std::vector<ContactPoint<D>>& to) {
             if (near[v]) add({pair, 0, static_cast<int>(v), 0}, outline, x, normals, shifts, to);
         });
@@ -313,22 +342,13 @@ class ObstacleFinder {
     Bounds<D> bounds_;
 };
 
-/// A point that stays where it was on an obstacle.
+/// A direction of an obstacle at the start, as it is now.
 template <int D>
-ContactPoint<D> point_of(const TiedPoint<D>& tied, const ObstacleMotion<D>& motion, const Outline<D>& outline,
-                         const std::vector<Vec<D>>& x)
+Vec<D> turned_with(const ObstacleMotion<D>& motion, const Vec<D>& v)
 {
-    ContactPoint<D> r{.key = tied.key, .face = -1, .weight = {}};
-    const Vec<3> normal = rotation_of(motion.turn) * padded(tied.normal);
-    std::copy_n(normal.c, D, r.normal.c);
-    r.x       = x[tied.key.vertex];
-    r.is_tied = true;
-    for (int i = outline.first[tied.key.vertex]; i < outline.first[tied.key.vertex + 1]; ++i) {
-        const auto [face, corner] = outline.around[i];
-        const auto own            = outline.corners_of(face, x.data());
-        if (dot(face_area(own.data(), outline.faces[face].count), r.normal) < 0)
-            r.area += share_of_corner(own.data(), outline.faces[face].count, corner);
-    }
+    const Vec<3> now = rotation_of(motion.turn) * padded(v);
+    Vec<D> r{};
+    std::copy_n(now.c, D, r.c);
     return r;
 }
 
@@ -423,7 +443,7 @@ std::vector<Vec<D>> vertices_of(const ContactSurface<D>& surface, const Model<D>
 
 template <int D>
 std::vector<ContactPoint<D>> find_contact_points(const Model<D>& model, const State<D>& s,
-                                                 const std::vector<std::vector<Vec<D>>>& vertices)
+                                                 const std::vector<std::vector<Vec<D>>>& vertices, double dt)
 {
     const double reach  = reach_of(model, s);
     const Vec<D> period = period_of(model);
@@ -432,22 +452,30 @@ std::vector<ContactPoint<D>> find_contact_points(const Model<D>& model, const St
     std::vector<ContactPoint<D>> r;
     for (std::size_t k = 0; k < model.contacts.size(); ++k) {
         const ContactPair<D>& pair = model.contacts[k];
-        if (pair.obstacle >= 0) continue;
+        const int number           = static_cast<int>(k);
+        if (pair.obstacle >= 0) {
+            const ObstacleMotion<D>& motion = s.contacts.obstacles[pair.obstacle];
+            const ObstacleFinder<D> finder(model.obstacles[pair.obstacle], motion, reach, dt, period);
+            const int own = pair.surface[0];
+            if (own < 0) {
+                const auto found = finder.all(number, pair.body, s.particles);
+                r.insert(r.end(), found.begin(), found.end());
+            } else if (!vertices[own].empty()) {
+                auto point = [&](const TiedPoint<D>& tied) {
+                    return point_of(tied, placed[own], turned_with(motion, tied.normal), 1.0);
+                };
+                add_points(finder.all(number, placed[own]), pair.tied, 0, point, r);
+            }
+            continue;
+        }
         for (int side = 0; side < 2; ++side) {
             const int own = pair.surface[side], other = pair.surface[1 - side];
-            const Outline<D>&slave = model.surfaces[own].outline, &master = model.surfaces[other].outline;
             if (vertices[own].empty() || vertices[other].empty()) continue;
             const PointFinder<D> finder(placed[own], placed[other], reach, period);
-            std::vector<ContactPoint<D>> found;
-            if (!finder.is_empty()) found = finder.all(static_cast<int>(k), side);
-            for (const TiedPoint<D>& tied : pair.tied) {
-                if (tied.key.side != side) continue;
-                std::erase_if(found, [&](const ContactPoint<D>& one) { return one.key.vertex == tied.key.vertex; });
-                found.push_back(point_of(tied, slave, vertices[own], master, vertices[other]));
-            }
-            if (!pair.tied.empty())
-                std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.key < b.key; });
-            r.insert(r.end(), found.begin(), found.end());
+            auto point = [&](const TiedPoint<D>& tied) {
+                return point_of(tied, placed[own], placed[other].normal_of(tied.face), 0.5);
+            };
+            add_points(finder.all(number, side), pair.tied, side, point, r);
         }
     }
     keep_anchors(s.contacts.points, r);
@@ -463,38 +491,8 @@ std::vector<TiedPoint<D>> find_tied_points(const ContactPair<D>& pair, int numbe
         const int own = pair.surface[side], other = pair.surface[1 - side];
         PlacedSurface<D> slave(surfaces[own].outline, vertices[own]), master(surfaces[other].outline, vertices[other]);
         const PointFinder<D> finder(slave, master, distance);
-        if (finder.is_empty()) continue;
         for (const ContactPoint<D>& one : finder.all(number, side)) r.push_back({one.key, one.face, one.weight, {}});
     }
-    return r;
-}
-
-template <int D>
-std::vector<ContactPoint<D>> find_obstacle_points(const Model<D>& model, const State<D>& s,
-                                                  const std::vector<std::vector<Vec<D>>>& vertices, double dt)
-{
-    std::vector<ContactPoint<D>> r;
-    for (std::size_t k = 0; k < model.contacts.size(); ++k) {
-        const ContactPair<D>& pair = model.contacts[k];
-        if (pair.obstacle < 0) continue;
-        const ObstacleMotion<D>& motion = s.contacts.obstacles[pair.obstacle];
-        const ObstacleFinder<D> finder(model.obstacles[pair.obstacle], motion, reach_of(model, s), dt, period_of(model));
-        const int number = static_cast<int>(k), own = pair.surface[0];
-        std::vector<ContactPoint<D>> found;
-        if (own < 0) {
-            found = finder.all(number, pair.body, s.particles);
-        } else if (!vertices[own].empty()) {
-            found = finder.all(number, model.surfaces[own].outline, vertices[own]);
-            for (const TiedPoint<D>& tied : pair.tied) {
-                std::erase_if(found, [&](const ContactPoint<D>& one) { return one.key.vertex == tied.key.vertex; });
-                found.push_back(point_of(tied, motion, model.surfaces[own].outline, vertices[own]));
-            }
-            if (!pair.tied.empty())
-                std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.key < b.key; });
-        }
-        r.insert(r.end(), found.begin(), found.end());
-    }
-    keep_anchors(s.contacts.points, r);
     return r;
 }
 
@@ -504,7 +502,8 @@ std::vector<TiedPoint<D>> find_tied_points(int number, const Obstacle<D>& obstac
 {
     const ObstacleMotion<D> start = start_of(obstacle, 0.0);
     std::vector<TiedPoint<D>> r;
-    for (const ContactPoint<D>& one : ObstacleFinder<D>(obstacle, start, distance, 0.0).all(number, surface.outline, vertices))
+    PlacedSurface<D> placed(surface.outline, vertices);
+    for (const ContactPoint<D>& one : ObstacleFinder<D>(obstacle, start, distance, 0.0).all(number, placed))
         if (std::fabs(one.gap) <= distance) r.push_back({one.key, -1, {}, one.normal});
     return r;
 }
@@ -514,8 +513,8 @@ double depth_in(const Obstacle<D>& obstacle, const ContactSurface<D>& surface, c
 {
     const ObstacleMotion<D> start = start_of(obstacle, 0.0);
     double r                      = 0.0;
-    for (const ContactPoint<D>& one : ObstacleFinder<D>(obstacle, start, reach, 0.0).all(0, surface.outline, vertices))
-        r = std::max(r, -one.gap);
+    PlacedSurface<D> placed(surface.outline, vertices);
+    for (const ContactPoint<D>& one : ObstacleFinder<D>(obstacle, start, reach, 0.0).all(0, placed)) r = std::max(r, -one.gap);
     return r;
 }
 
@@ -526,11 +525,9 @@ double depth_in(const Obstacle<D>& obstacle, const ContactSurface<D>& surface, c
     template void keep_planes_of_symmetry(const std::vector<Condition<D>>&, ContactSurface<D>&);                           \
     template std::vector<Vec<D>> vertices_of(const ContactSurface<D>&, const Model<D>&, const State<D>&);                  \
     template std::vector<ContactPoint<D>> find_contact_points(const Model<D>&, const State<D>&,                            \
-                                                              const std::vector<std::vector<Vec<D>>>&);                    \
+                                                              const std::vector<std::vector<Vec<D>>>&, double);            \
     template std::vector<TiedPoint<D>> find_tied_points(const ContactPair<D>&, int, const std::vector<ContactSurface<D>>&, \
                                                         const std::vector<std::vector<Vec<D>>>&, double);                  \
-    template std::vector<ContactPoint<D>> find_obstacle_points(const Model<D>&, const State<D>&,                           \
-                                                               const std::vector<std::vector<Vec<D>>>&, double);           \
     template std::vector<TiedPoint<D>> find_tied_points(int, const Obstacle<D>&, const ContactSurface<D>&,                 \
                                                         const std::vector<Vec<D>>&, double);                               \
     template double depth_in(const Obstacle<D>&, const ContactSurface<D>&, const std::vector<Vec<D>>&, double);

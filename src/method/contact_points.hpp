@@ -27,17 +27,12 @@ Vec<D> period_of(const Model<D>& model);
 template <int D>
 std::vector<Vec<D>> vertices_of(const ContactSurface<D>& surface, const Model<D>& model, const State<D>& s);
 
-/// The points of all contacts whose gap is within reach: half a cell and what the bodies can close in a step. Ascending keys.
-/// `vertices` are those of each surface of the model. Anchors are those of the points of the last step that pressed.
+/// The points of all contacts, also with obstacles, whose gap is within reach: half a cell and what they can close in a step. Ascending
+/// keys. `vertices` are those of each surface of the model. Anchors are those of the points of the last step that pressed.
+/// @param dt in which obstacles move, s
 template <int D>
 std::vector<ContactPoint<D>> find_contact_points(const Model<D>& model, const State<D>& s,
-                                                 const std::vector<std::vector<Vec<D>>>& vertices);
-
-/// The points of all bodies on obstacles, as above; ascending keys.
-/// @param dt in which a gap may close, s
-template <int D>
-std::vector<ContactPoint<D>> find_obstacle_points(const Model<D>& model, const State<D>& s,
-                                                  const std::vector<std::vector<Vec<D>>>& vertices, double dt);
+                                                 const std::vector<std::vector<Vec<D>>>& vertices, double dt);
 
 /// The vertices that touch the other surface of a pair to within `distance`, m, with their feet.
 template <int D>

@@ -20,12 +20,13 @@ namespace {
 
 }  // namespace
 
+bool has_faces(const MethodSpec& m) { return m.domain == Domain::parallelepiped || has_cells(m); }
+
 const char* refusal_of_contact(const MethodSpec& m, int dim, bool with_obstacles)
 {
     if (dim == 1) return "needs faces, which bodies have in 2D and 3D: use a strip in 2D between planes of symmetry";
     if (is_spline_fit(m)) return "cannot be with spline fits, which have one velocity field: use bscpdi2";
-    const bool has_faces = m.domain == Domain::parallelepiped || has_cells(m);
-    if (!has_faces && !with_obstacles)
+    if (!has_faces(m) && !with_obstacles)
         return "needs particles with corners, whose faces meet: use cpdi1, cpdi2 or another method with domain parallelepiped, "
                "cell or simplex";
     if (has_enrichment(m)) return "cannot be with enriched corners, which bodies share: use cpdi2";
@@ -34,7 +35,7 @@ const char* refusal_of_contact(const MethodSpec& m, int dim, bool with_obstacles
     if (m.quadrature != Quadrature::particle || m.projection == Projection::tls || m.gradient == Gradient::adjoint)
         return "cannot be with fits in the cells of the grid, which all bodies in a cell share: set "
                "quadrature = \"particle\", and a projection other than tls";
-    if (!has_faces && with_obstacles && m.scheme != TimeScheme::musl)
+    if (!has_faces(m) && with_obstacles && m.scheme != TimeScheme::musl)
         return "with domain point or box needs scheme = \"musl\": with others the particles on the obstacle turn inside out; or "
                "use cpdi1, cpdi2 or another method with domain parallelepiped, cell or simplex, whose faces meet it with any "
                "scheme";
@@ -47,6 +48,16 @@ std::vector<int> bodies_of(const ContactSpec& contact, std::size_t count)
     for (std::size_t b = 0; contact.bodies.empty() && b < count; ++b) r.push_back(static_cast<int>(b));
     std::sort(r.begin(), r.end());
     return r;
+}
+
+template <int D>
+void require_faces(const CaseSpec<D>& spec, int b, Part part, std::size_t k)
+{
+    if (std::holds_alternative<std::vector<Seed<D>>>(spec.bodies[b].shape))
+        throw SetupError(
+            part, static_cast<int>(k), "bodies",
+            fmt::format("body \"{}\" is a list of particles, whose outer faces are not known; give a mesh or a shape",
+                        spec.bodies[b].name));
 }
 
 void require_law(const ContactSpec& c, Part part, std::size_t k, std::size_t bodies)
@@ -115,10 +126,7 @@ void set_up_contacts(const CaseSpec<D>& spec, Model<D>& model)
         for (std::size_t i = 0; i < bodies.size(); ++i) {
             const int one = bodies[i];
             is_in[one]    = true;
-            if (std::holds_alternative<std::vector<Seed<D>>>(spec.bodies[one].shape))
-                fail(k, "bodies",
-                     fmt::format("body \"{}\" is a list of particles, whose outer faces are not known; give a mesh or a shape",
-                                 spec.bodies[one].name));
+            require_faces(spec, one, Part::contact, k);
             for (std::size_t j = i + 1; j < bodies.size(); ++j) {
                 const int other = bodies[j];
                 if (!taken.emplace(std::pair{one, other}, k).second)
@@ -190,9 +198,10 @@ void find_surfaces(const std::vector<CellMesh<D>>& meshes, const std::vector<int
     }
 }
 
-#define ORDO_CONTACTS(D)                                          \
-    template void set_up_contacts(const CaseSpec<D>&, Model<D>&); \
-    template bool is_in_contact(const Model<D>&, int);            \
+#define ORDO_CONTACTS(D)                                                     \
+    template void require_faces(const CaseSpec<D>&, int, Part, std::size_t); \
+    template void set_up_contacts(const CaseSpec<D>&, Model<D>&);            \
+    template bool is_in_contact(const Model<D>&, int);                       \
     template void find_surfaces(const std::vector<CellMesh<D>>&, const std::vector<int>&, const Particles<D>&, Model<D>&);
 ORDO_CONTACTS(1)
 ORDO_CONTACTS(2)

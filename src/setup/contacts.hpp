@@ -12,6 +12,13 @@ void set_up_contacts(const CaseSpec<D>& spec, Model<D>& model);
 /// Why a method cannot have contact between bodies, or with obstacles, and the remedy; null if it can.
 const char* refusal_of_contact(const MethodSpec& method, int dim, bool with_obstacles);
 
+/// Whether the particles of a method have corners, so that bodies have faces.
+bool has_faces(const MethodSpec& method);
+
+/// Throws SetupError at entry k of a part if body b is a list of particles, without outer faces.
+template <int D>
+void require_faces(const CaseSpec<D>& spec, int b, Part part, std::size_t k);
+
 /// Throws SetupError at entry k of a part if the bodies are not there or named twice, or the law has wrong numbers.
 void require_law(const ContactSpec& contact, Part part, std::size_t k, std::size_t bodies);
 

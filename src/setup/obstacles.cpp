@@ -97,8 +97,6 @@ Obstacle<D> obstacle_of(const ObstacleSpec<D>& spec, std::size_t k, const Model<
     return r;
 }
 
-bool has_faces(const MethodSpec& m) { return m.domain == Domain::parallelepiped || has_cells(m); }
-
 [[noreturn]] void fail_deep(int k, const std::string& obstacle, double depth)
 {
     throw SetupError(
@@ -122,10 +120,7 @@ void set_up_obstacles(const CaseSpec<D>& spec, Model<D>& model)
             fail(k, "type", "\"tied\" needs bodies with faces: use cpdi1, cpdi2, or type \"no-slip\"");
         model.obstacles.push_back(obstacle_of(one, k, model));
         for (const int b : bodies_of(c, count)) {
-            if (has_faces(spec.method) && std::holds_alternative<std::vector<Seed<D>>>(spec.bodies[b].shape))
-                fail(k, "bodies",
-                     fmt::format("body \"{}\" is a list of particles, whose outer faces are not known; give a mesh or a shape",
-                                 spec.bodies[b].name));
+            if (has_faces(spec.method)) require_faces(spec, b, Part::obstacle, k);
             model.contacts.push_back({.surface    = {has_faces(spec.method) ? b : -1, -1},
                                       .type       = c.type,
                                       .friction   = c.friction,

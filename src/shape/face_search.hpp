@@ -11,6 +11,9 @@
 
 namespace ordo {
 
+/// Surfaces face each other where the product of their outward normals is below this.
+inline constexpr double kFacing = -0.3;
+
 /// Bounds of points, m; empty at first.
 template <int D>
 struct Extent {
@@ -82,11 +85,10 @@ class FaceSearch {
         if (!wanted.empty()) fill_bins(wanted, width);
     }
 
-    /// The nearest face within reach of x that faces a surface of outward normal n there (n . n_face < -0.3); of equally near
+    /// The nearest face within reach of x that faces a surface of outward normal n there (n . n_face < kFacing); of equally near
     /// ones the first. None for points that lie beyond the edges of all.
     std::optional<Nearest<D>> nearest(const Vec<D>& x, const Vec<D>& n) const
     {
-        constexpr double facing = -0.3;
         std::optional<Nearest<D>> best;
         if (!all_.has(x)) return best;
         const std::int64_t here = key(bin_of(x));
@@ -94,7 +96,7 @@ class FaceSearch {
             const int k = faces_[i];
             if (!looks_[k].may_face(x, n, outline_.faces[k].count == 3)) continue;
             const Foot<D> foot = face(k).foot(x);
-            if (!foot.is_inside || !(std::fabs(foot.gap) <= reach_) || !(dot(foot.normal, n) < facing)) continue;
+            if (!foot.is_inside || !(std::fabs(foot.gap) <= reach_) || !(dot(foot.normal, n) < kFacing)) continue;
             if (!best || std::fabs(foot.gap) < std::fabs(best->foot.gap)) best = Nearest<D>{k, foot};
         }
         return best;

@@ -1,6 +1,6 @@
 #include "shape/solid.hpp"
 
-#include "shape/curved_face.hpp"
+#include "shape/face_search.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,8 +13,7 @@ namespace ordo {
 
 namespace {
 
-constexpr double kFacing = -0.3;  ///< as in FaceSearch
-constexpr double kAll    = std::numeric_limits<double>::infinity();
+constexpr double kAll = std::numeric_limits<double>::infinity();
 
 template <int D>
 bool is_facing(const Vec<D>& normal, const Vec<D>* n)
