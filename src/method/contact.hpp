@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/array.hpp"
-#include "shape/curved_face.hpp"
+#include "shape/outline.hpp"
 
 #include <array>
 #include <compare>

@@ -1,98 +1,13 @@
-// The outline of a body as contact sees it: its outer faces, the normals of its surface at their corners, and faces that are curved
-// through these. Chords of curved bodies overlap or gape by their sagitta, which is more than small loads displace them.
+// Faces of an outline that are curved through the normals of its surface at their corners. Chords of curved bodies overlap or gape by
+// their sagitta, which is more than small loads displace them.
 #pragma once
 
-#include "base/dual.hpp"
 #include "base/parallel.hpp"
-#include "shape/faces.hpp"
+#include "shape/outline.hpp"
 
 #include <cmath>
-#include <map>
 
 namespace ordo {
-
-/// The outer faces of a body. Their corners are numbered from 0: these are its vertices.
-template <int D>
-struct Outline {
-    using Vertices = std::array<int, Face<D>::max_corners>;
-
-    std::vector<Face<D>> faces;               ///< oriented outwards
-    std::vector<Vertices> vertices;           ///< of each face, in the order of its corners
-    std::vector<int> corners;                 ///< the corner of the mesh that each vertex is
-    std::vector<int> first;                   ///< of each vertex, and the end of the last: where its faces begin in `around`
-    std::vector<std::pair<int, int>> around;  ///< faces and their local corners around the vertices
-    /// Of each vertex, where along an axis a plane of symmetry through it lies, m; not a number without one. Empty if there are none.
-    std::vector<Vec<D>> planes{};
-
-    /// The corners of face k, for vertices at x. Entries beyond their count are zero.
-    std::array<Vec<D>, Face<D>::max_corners> corners_of(std::size_t k, const Vec<D>* x) const
-    {
-        std::array<Vec<D>, Face<D>::max_corners> r{};
-        for (int c = 0; c < faces[k].count; ++c) r[c] = x[vertices[k][c]];
-        return r;
-    }
-    /// f(sign) for each image of the body in the planes of symmetry through vertex v, itself included: vectors change by sign[a] along
-    /// axis a.
-    template <class F>
-    void for_each_image(int v, F&& f) const
-    {
-        int mirrors = 0;
-        for (int a = 0; a < D && !planes.empty(); ++a)
-            if (!std::isnan(planes[v][a])) mirrors |= 1 << a;
-        for (int image = 0; image < 1 << D; ++image) {
-            if (image & ~mirrors) continue;
-            Vec<D> sign{};
-            for (int a = 0; a < D; ++a) sign[a] = image >> a & 1 ? -1.0 : 1.0;
-            f(sign);
-        }
-    }
-};
-
-/// The image of a vector, see Outline::for_each_image.
-template <int D>
-ORDO_FLAT inline Vec<D> mirrored(const Vec<D>& v, const Vec<D>& sign)
-{
-    Vec<D> r{};
-    for (int a = 0; a < D; ++a) r[a] = sign[a] * v[a];
-    return r;
-}
-
-template <int D>
-ORDO_FLAT inline Vec<D> unit(const Vec<D>& v)
-{
-    return v * (1.0 / norm(v));
-}
-
-/// Without the faces where the body meets its own image on an axis whose `period`, m, is not zero.
-template <int D>
-Outline<D> outline_of(const CellMesh<D>& mesh, const Vec<D>& period = {})
-{
-    Outline<D> r;
-    r.faces = without_images(outer_faces(mesh), mesh, period);
-    std::map<int, int> number;
-    std::vector<std::vector<std::pair<int, int>>> around;
-    for (int k = 0; k < static_cast<int>(r.faces.size()); ++k) {
-        const Face<D>& face = r.faces[k];
-        auto& vertices      = r.vertices.emplace_back();
-        vertices.fill(-1);
-        for (int c = 0; c < face.count; ++c) {
-            const int corner       = mesh.cells[face.cell][face.corner[c]];
-            const auto [it, isnew] = number.try_emplace(corner, static_cast<int>(r.corners.size()));
-            if (isnew) {
-                r.corners.push_back(corner);
-                around.emplace_back();
-            }
-            vertices[c] = it->second;
-            around[it->second].emplace_back(k, c);
-        }
-    }
-    r.first.push_back(0);
-    for (const auto& one : around) {
-        r.around.insert(r.around.end(), one.begin(), one.end());
-        r.first.push_back(static_cast<int>(r.around.size()));
-    }
-    return r;
-}
 
 /// The part of a face in the normal of the surface at its corner c: face normals over lengths in 2D, exact on circles; those of
 /// Max (1999), J. Graphics Tools 4(2):1, in 3D, exact on spheres.
@@ -152,7 +67,7 @@ struct Foot {
     double weight[max_corners];  ///< of the corners of the face, sum 1: the point is sum weight x on the flat face
     Vec<D> normal;               ///< outward unit normal there
     double gap;                  ///< distance along it, m, positive outside
-    bool is_inside;              ///< of the face, not beyond its edges, where a far point may have no foot
+    bool is_inside;  ///< of the face, not beyond its edges, where a far point may have no foot, and so no normal and gap
 };
 
 /// A face with a height over it along its normal N, such that it has the given normals at its corners: along an edge from corner
@@ -166,10 +81,10 @@ class CurvedFace {
     template <class T = double>
     using Place = Vec<D - 1, T>;
 
-    CurvedFace(const Vec<D>* x, const Vec<D>* n, int count) : count_(count), normal_(unit(face_area(x, count)))
+    CurvedFace(const Vec<D>* x, const Vec<D>* n, int count) : count_(count), normal_(unit(face_area(x, count))), first_(x[0])
     {
         for (int i = 0; i < count; ++i) {
-            x_[i]               = x[i];
+            x_[i]               = x[i] - first_;
             const double across = dot(n[i], normal_);
             const int next = (i + 1) % count, last = (i + count - 1) % count;
             to_next_[i] = -dot(n[i], x[next] - x[i]) / across;
@@ -205,59 +120,70 @@ class CurvedFace {
         const T h = height(s, w);
         Vec<D, T> r{};
         for (int a = 0; a < D; ++a) {
-            r[a] = h * T(normal_[a]);
+            r[a] = T(first_[a]) + h * T(normal_[a]);
             for (int i = 0; i < count_; ++i) r[a] += w[i] * T(x_[i][a]);
+        }
+        return r;
+    }
+    /// The face at a place: its point from corner 0 and the slopes of this along the place, m.
+    struct Tangents {
+        Vec<D> point, along[D - 1];
+
+        /// Outward unit normal.
+        Vec<D> normal() const
+        {
+            if constexpr (D == 2)
+                return unit(Vec<2>{along[0][1], -along[0][0]});
+            else
+                return unit(cross(along[0], along[1]));
+        }
+    };
+    Tangents tangents(const Place<>& s) const
+    {
+        Tangents r{};
+        double h[D];  // the height and its slopes
+        heights(s, h);
+        r.along[0] = x_[1] + h[1] * normal_;
+        r.point    = s[0] * x_[1] + h[0] * normal_;
+        if constexpr (D == 3) {
+            const bool is_triangle = count_ == 3;
+            const Vec<D>& other    = is_triangle ? x_[2] : x_[3];
+            const Vec<D> warp      = is_triangle ? Vec<D>{} : x_[2] - x_[1] - x_[3];
+            r.along[0] += s[1] * warp;
+            r.along[1] = other + s[0] * warp + h[2] * normal_;
+            r.point += s[1] * (other + s[0] * warp);
         }
         return r;
     }
     /// Gauss-Newton from the middle: x - point(s) becomes normal to the face.
     Foot<D> foot(const Vec<D>& x) const
     {
-        constexpr int most = 40;
-        Place<> s          = Place<>::filled(count_ == 3 ? 1.0 / 3 : 0.5);
+        constexpr int most         = 40;
+        constexpr double converged = 1e-13, edge = 1e-7;  // places: edges are no gaps for bodies far from the origin
+        const Vec<D> from_first = x - first_;
+        Place<> s               = Place<>::filled(count_ == 3 ? 1.0 / 3 : 0.5);
         Foot<D> r{};
-        bool is_found = false;
-        Tangents t    = tangents(s);
-        for (int k = 0; k < most && !is_found; ++k) {
-            const Place<> step = towards(x - t.point, t);
+        for (int k = 0; k < most; ++k) {
+            const Tangents t   = tangents(s);
+            const Vec<D> away  = from_first - t.point;
+            const Place<> step = towards(away, t);
             double size        = 0.0;
-            for (int d = 0; d < D - 1; ++d) {
-                s[d] = std::fmin(std::fmax(s[d] + step[d], -1.0), 2.0);  // beyond that the cubic has no meaning
-                size = std::fmax(size, std::fabs(step[d]));
+            for (int d = 0; d < D - 1; ++d) size = std::fmax(size, std::fabs(step[d]));
+            if (size < converged) {
+                r.is_inside = true;
+                r.normal    = t.normal();
+                r.gap       = dot(away, r.normal);
+                break;
             }
-            t        = tangents(s);
-            is_found = size < 1e-14;
+            for (int d = 0; d < D - 1; ++d)
+                s[d] = std::fmin(std::fmax(s[d] + step[d], -1.0), 2.0);  // beyond that the cubic has no meaning
         }
         weights(s, r.weight);
-        r.normal    = t.normal;
-        r.gap       = dot(x - t.point, t.normal);
-        r.is_inside = is_found;
-        for (int i = 0; i < count_; ++i) r.is_inside = r.is_inside && r.weight[i] > -1e-12;
+        for (int i = 0; i < count_; ++i) r.is_inside = r.is_inside && r.weight[i] > -edge;
         return r;
     }
 
   private:
-    struct Tangents {
-        Vec<D> point, along[D - 1], normal;
-    };
-    Tangents tangents(const Place<>& s) const
-    {
-        Tangents r{};
-        for (int d = 0; d < D - 1; ++d) {
-            Place<Dual<>> at{};
-            for (int e = 0; e < D - 1; ++e) at[e] = Dual<>(s[e], e == d ? 1.0 : 0.0);
-            const Vec<D, Dual<>> y = point(at);
-            for (int a = 0; a < D; ++a) {
-                r.point[a]    = y[a].value;
-                r.along[d][a] = y[a].slope;
-            }
-        }
-        if constexpr (D == 2)
-            r.normal = unit(Vec<2>{r.along[0][1], -r.along[0][0]});
-        else
-            r.normal = unit(cross(r.along[0], r.along[1]));
-        return r;
-    }
     /// The change of place that brings the point nearest to one at a distance, to first order.
     static Place<> towards(const Vec<D>& distance, const Tangents& t)
     {
@@ -295,8 +221,47 @@ class CurvedFace {
         }
     }
 
+    /// Value and slope of over_edge.
+    void over_edge(int i, double u, double& value, double& slope) const
+    {
+        const double a = to_next_[i], b = to_last_[(i + 1) % count_], v = 1 - u, mean = a * v + b * u;
+        value = u * v * mean;
+        slope = (v - u) * mean + u * v * (b - a);
+    }
+    /// The height and its slopes along the place, m.
+    void heights(const Place<>& s, double (&h)[D]) const
+    {
+        if constexpr (D == 2) {
+            over_edge(0, s[0], h[0], h[1]);
+        } else if (count_ == 3) {
+            double w[max_corners], along[3], middle = 0.0;
+            weights(s, w);
+            for (int i = 0; i < 3; ++i) middle += (to_next_[i] + to_last_[i]) / 2;
+            h[0] = w[0] * w[1] * w[2] * middle;
+            for (int i = 0; i < 3; ++i) {
+                const int next = (i + 1) % 3, last = (i + 2) % 3;
+                const double over = to_next_[i] * w[next] + to_last_[i] * w[last];
+                h[0] += w[i] * w[i] * over;
+                along[i] = 2 * w[i] * over + w[last] * w[last] * to_next_[last] + w[next] * w[next] * to_last_[next] +
+                           w[next] * w[last] * middle;
+            }
+            h[1] = along[1] - along[0];
+            h[2] = along[2] - along[0];
+        } else {
+            const double u = s[0], v = s[1];
+            double edge[4], slope[4];
+            over_edge(0, u, edge[0], slope[0]);
+            over_edge(1, v, edge[1], slope[1]);
+            over_edge(2, 1 - u, edge[2], slope[2]);
+            over_edge(3, 1 - v, edge[3], slope[3]);
+            h[0] = (1 - v) * edge[0] + u * edge[1] + v * edge[2] + (1 - u) * edge[3];
+            h[1] = (1 - v) * slope[0] + edge[1] - v * slope[2] - edge[3];
+            h[2] = -edge[0] + u * slope[1] + edge[2] - (1 - u) * slope[3];
+        }
+    }
+
     int count_;
-    Vec<D> normal_, x_[max_corners]{};
+    Vec<D> normal_, first_, x_[max_corners]{};                ///< x_: corners from the first, m
     double to_next_[max_corners]{}, to_last_[max_corners]{};  ///< slopes b_ij times lengths, m
 };
 

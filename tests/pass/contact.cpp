@@ -3,6 +3,7 @@
 #include "method/diagnostics.hpp"
 #include "method/tables.hpp"
 #include "setup/build.hpp"
+#include "shape/curved_face.hpp"
 #include "sim/simulation.hpp"
 #include "support/particles.hpp"
 

@@ -1,5 +1,6 @@
 // Outlines of bodies: normals at corners and faces that are curved through them, exact or of the order that they claim on circles,
 // spheres and quadratic surfaces.
+#include "base/dual.hpp"
 #include "shape/curved_face.hpp"
 #include "shape/face_search.hpp"
 
@@ -299,6 +300,61 @@ TEST(CurvedFace, FindsTheNearestPoint)
         const Vec<2> s{test::uniform(random, 0.1, 0.45), test::uniform(random, 0.1, 0.45)};
         check(sphere.face(k, {0, 1, 2, 3}), s, 4);
         check(sphere.face(k, {0, 1, 2}), s, 3);
+    }
+}
+
+/// Slopes of points along places are those of automatic differentiation.
+template <int D>
+void check_tangents(const CurvedFace<D>& face, const Vec<D>& first, const Vec<D - 1>& place)
+{
+    const auto t = face.tangents(place);
+    EXPECT_NEAR(norm(first + t.point - face.point(place)), 0.0, 1e-15);
+    for (int d = 0; d < D - 1; ++d) {
+        Vec<D - 1, Dual<>> at{};
+        for (int e = 0; e < D - 1; ++e) at[e] = Dual<>(place[e], e == d ? 1.0 : 0.0);
+        const Vec<D, Dual<>> y = face.point(at);
+        for (int a = 0; a < D; ++a) EXPECT_NEAR(t.along[d][a], y[a].slope, 1e-15);
+        EXPECT_NEAR(dot(t.along[d], t.normal()), 0.0, 1e-15);
+    }
+}
+
+TEST(CurvedFace, HasItsTangents)
+{
+    test::Random random(13);
+    auto some = [&](double size) { return test::uniform(random, -size, size); };
+    for (int k = 0; k < 5; ++k) {
+        const Vec<2> x2[] = {{some(0.2), 0}, {some(0.2), 1}}, n2[] = {{1, some(0.3)}, {1, some(0.3)}};
+        check_tangents(CurvedFace<2>(x2, n2, 2), x2[0], Vec<1>{0.5 + some(0.5)});
+        Vec<3> x[] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, n[4];
+        for (int i = 0; i < 4; ++i) {
+            n[i] = {some(0.3), some(0.3), 1};
+            x[i] += Vec<3>{some(0.2), some(0.2), some(0.2)};
+        }
+        for (const int count : {3, 4})
+            check_tangents(CurvedFace<3>(x, n, count), x[0], Vec<2>{0.25 + some(0.25), 0.25 + some(0.25)});
+    }
+}
+
+/// A vertex opposite one of two faces of 1 cm that meet there, 500 km from the origin, where places round to 1e-10 m, has a foot.
+TEST(CurvedFace, HasNoGapsFarFromTheOrigin)
+{
+    const Vec<3> far{5e5, -3e5, 2e5};
+    test::Random random(17);
+    for (int k = 0; k < 200; ++k) {
+        bool is_found = false;
+        const Vec<3> turn{test::uniform(random, -0.2, 0.2), test::uniform(random, -0.2, 0.2), 1};
+        for (const double side : {0.0, 1.0}) {
+            Vec<3> x[4], n[4];
+            for (int i = 0; i < 4; ++i) {
+                const double u = side - (i == 0 || i == 3), v = i > 1;
+                x[i] = far + Vec<3>{0.01 * u, 0.01 * v, -0.01 * (turn[0] * u + turn[1] * v)};
+                n[i] = unit(turn);
+            }
+            const Foot<3> foot = CurvedFace<3>(x, n, 4).foot(far + Vec<3>{0, 0.004, -0.004 * turn[1]});
+            is_found           = is_found || foot.is_inside;
+            EXPECT_NEAR(foot.gap, 0.0, 1e-9);
+        }
+        EXPECT_TRUE(is_found);
     }
 }
 
