@@ -21,7 +21,7 @@ draw() {  # NAME, then options of `ordo_figures.py snapshots`
 [ $# -gt 0 ] || set -- two-disks wall-rebound two-balls ball-on-wall cantilever vibrating-bar pressure-ring \
     bimaterial-bar bimaterial-ring bimaterial-sphere touching-bodies oedometer incline strip-footing vertical-cut granular-column taylor-bar \
     cook-membrane water-column dam-break two-disks-contact block-on-incline shaken-table spinning-rings hertz-contact two-spheres-contact \
-    block-on-plate
+    block-on-plate press-fit rolling-cylinder ball-through-slab gears wheel-on-sand
 for case in "$@"; do
     case $case in
     touching-bodies) draw "$case" --times 0.0,0.1,0.2 --field velocity ;;
@@ -32,6 +32,7 @@ for case in "$@"; do
     incline) draw "$case" --times 0.0,0.5,1.0 --field velocity --curve energies ;;
     taylor-bar)
         draw "$case" --times 1e-5,3e-5,8e-5 --field plastic_strain --limits 0,1.5 --curve energies
+        (variant=obstacle; draw "$case" --times 4e-5,6e-5,8e-5 --field plastic_strain --limits 0,1.5 --curve history.csv:wall_force_y)
         (variant=3d; draw "$case" --times 1.2e-5,4e-5,8e-5 --field plastic_strain --limits 0,2.5 --view=-60,15 --curve energies)
         ;;
     cook-membrane) draw "$case" --times 0,1.1e-3,3.3e-3 --field pressure --limits=-15e6,25e6 --curve probe_tip.csv:displacement_x,displacement_y ;;
@@ -50,6 +51,11 @@ for case in "$@"; do
     spinning-rings) draw "$case" --times 0.1,0.4,0.9 --field velocity --curve history.csv:contact_0_moment_z ;;
     hertz-contact) draw "$case" --times 4,8,28 --field stress_yy --limits=-100,0 --curve history.csv:contact_0_force_y ;;
     two-spheres-contact) draw "$case" --times 0.5,1.3,2.4 --field velocity --curve energies ;;
+    press-fit) draw "$case" --times 0.5,2,6 --field stress_xx --curve energies ;;
+    rolling-cylinder) draw "$case" --times 0.6,1.0,1.4 --field von_mises --limits 0,5e4 --curve history.csv:plane_force_x ;;
+    ball-through-slab) draw "$case" --times 0.02,0.04,0.06 --field plastic_strain --limits 0,2 --curve history.csv:ball_velocity_y ;;
+    gears) draw "$case" --times 0.5,1.2,4 --field von_mises --limits 0,2e5 --curve history.csv:driven_shaft_rotation_z ;;
+    wheel-on-sand) draw "$case" --times 0.5,2,3.5 --field plastic_strain --limits 0,0.5 --curve history.csv:wheel_force_x ;;
     block-on-plate) draw "$case" --times 0.4,0.8,1.2 --field velocity --view=-60,20 --curve energies ;;
     bimaterial-bar)
         set -- "$case" --times 0.08,0.16,0.34,0.53 --field stress_yy --limits=-20000,160000 --curve probe_B.csv:stress_yy

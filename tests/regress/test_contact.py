@@ -10,7 +10,6 @@ import unittest
 import numpy
 from harness import CASE, InTemporaryDirectory, arrays, contents, edit, frames, has_hdf5, history, ordo, read_vtk
 from test_bad_input import split_mark
-from test_cases import run_case
 from vtk.util.numpy_support import vtk_to_numpy
 
 # Two disks, 4 cells a radius, gap 0.021 m, that meet head on along a line at 0.4 rad to the grid and part.
@@ -272,100 +271,6 @@ class Notes(Contact):
             done = ordo("check", "case.toml", cwd=self.dir)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual((done.stdout + done.stderr).count('cells = "polar" fit it'), count)
-
-
-class Cases(unittest.TestCase):
-    """Shipped cases against what rigid bodies, Hertz and Lame say; their READMEs have finer grids."""
-
-    def run_case(self, name, *args):
-        columns, directory, _ = run_case(self, name, "--threads", "1", *args)
-        bodies = [{column: numpy.array(values) for column, values in history(directory, f"body_{k}.csv").items()} for k in (0, 1)]
-        return columns, bodies, directory
-
-    def test_disks_keep_their_energy(self):
-        seen, (one, other), _ = self.run_case("two-disks-contact")
-        energy = seen["total_energy"] / seen["total_energy"][0]
-        self.assertLess(energy.max(), 1 + 1e-9)
-        self.assertGreater(energy[-1], 0.9)
-        apart = [(b["momentum_x"] + b["momentum_y"])[-1] / (b["momentum_x"] + b["momentum_y"])[0] for b in (one, other)]
-        for part in apart:
-            self.assertLess(part, -0.89)
-
-    def slide(self, *args):
-        """The acceleration once the load is constant, and the change of energies and works since the start of the load over its work."""
-        seen, (_, block), _ = self.run_case("block-on-incline", *args)
-        late  = block["time"] > 0.9
-        slope = numpy.polyfit(block["time"][late], (block["momentum_x"] / block["mass"])[late], 1)[0]
-        total = sum(seen[name] for name in ("total_energy", "potential_energy", "body_force_work", "boundary_work", "contact_0_friction_work", "contact_0_dissipation"))
-        total = total[seen["time"] > 0.41]
-        return slope, numpy.abs(total - total[0]).max() / abs(seen["body_force_work"][-1]), block
-
-    def test_a_block_slides_like_a_rigid_one(self):
-        slope, lost, _ = self.slide()
-        self.assertAlmostEqual(slope / (10 * (0.5 - 0.3 * 0.75**0.5)), 1, delta=0.01)
-        self.assertLess(lost, 0.005)
-
-    def test_a_block_stays_where_friction_holds_it(self):
-        """It swings, undamped but for what the method loses, and does not creep: means over half a second, 1e-6 of free fall apart."""
-        _, _, block = self.slide("--set", "contact.0.friction=0.7", "--set", "stage.1.duration=2.6")
-        t, x  = block["time"], block["center_x"]
-        means = [x[(t > begin) & (t <= begin + 0.5)].mean() for begin in (2.0, 2.5)]
-        self.assertLess(abs(means[1] - means[0]), 1e-6 * 10 * (2.5**2 - 2.0**2) / 2)
-
-    def test_a_block_on_a_shaken_table(self):
-        seen, (_, block), _ = self.run_case("shaken-table")
-        start, step = 0.4, 1e-5
-        t = start + step * numpy.arange(200001)
-        table = 0.36 * numpy.sin(4 * numpy.pi * (t - start)) * numpy.where(t < 0.9, numpy.sin(numpy.pi * (t - start)) ** 2, 1)
-        speed = numpy.zeros(len(t))
-        for k in range(1, len(t)):
-            speed[k] = speed[k - 1] + min(max(table[k] - speed[k - 1], -3 * step), 3 * step)
-        way    = numpy.interp(block["time"], t, step * numpy.cumsum(speed))
-        shaken = block["time"] >= start
-        error  = (block["center_x"] - block["center_x"][shaken][0] - way)[shaken]
-        self.assertGreater(numpy.ptp(step * numpy.cumsum(speed - table)), 0.015)  # it slides
-        self.assertLess(numpy.abs(error).max(), 0.03 * numpy.ptp(step * numpy.cumsum(speed - table)))
-
-    def test_spinning_rings_brake_each_other(self):
-        seen, bodies, _ = self.run_case("spinning-rings", "--set", "time.end=0.55")
-        radii   = (0.4, 0.6137, 0.85)
-        inertia = [1000 * math.pi / 2 * (b**4 - a**4) for a, b in zip(radii, radii[1:])]
-        t       = seen["time"]
-        press   = 100 * numpy.where(t < 0.2, numpy.sin(numpy.pi / 2 * t / 0.2) ** 2, 1)
-        impulse = numpy.concatenate([[0], numpy.cumsum((press[1:] + press[:-1]) / 2 * numpy.diff(t))])
-        turn    = 0.1 * 0.2612 * 2 * math.pi * radii[1] ** 2 * impulse
-        for body, sign, start, size in zip(bodies, (-1, 1), (0.02, 0.0), inertia):
-            error = body["angular_momentum_z"] / size - (start + sign * turn / size)
-            self.assertLess(numpy.abs(error).max(), 0.02 * 0.02)
-
-    def test_hertz(self):
-        _, _, directory = self.run_case("hertz-contact", "--set", "time.end=24")
-        data  = read_vtk(frames(directory, "contact")[-2][1])  # the last step is shorter than the others
-        found = arrays(data.GetPointData())
-        x2    = vtk_to_numpy(data.GetPoints().GetData())[:, 0] ** 2
-        slope, square = numpy.polyfit(x2, found["pressure"] ** 2, 1)  # p^2 = p0^2 (1 - x^2/a^2)
-        peak = 1000 / (1 - 0.3**2) * 0.15 / 2
-        self.assertAlmostEqual(square**0.5 / peak, 1, delta=0.05)
-        self.assertAlmostEqual((-square / slope) ** 0.5 / 0.15, 1, delta=0.05)
-        self.assertLess(numpy.abs(found["gap"]).max(), 0.01 * 0.05)
-
-    def test_spheres(self):
-        seen, bodies, _ = self.run_case("two-spheres-contact")
-        energy, scale = seen["total_energy"] / seen["total_energy"][0], 0.1 * seen["mass"][0]
-        self.assertLess(energy.max(), 1 + 1e-9)
-        self.assertGreater(energy[-1], 0.7)
-        for axis in "xyz":
-            self.assertLess(numpy.abs(seen[f"momentum_{axis}"] - seen[f"momentum_{axis}"][0]).max(), 1e-13 * scale)
-        self.assertEqual(seen["contact_0_force_x"][-1], 0.0)
-        self.assertLess(bodies[0]["momentum_x"][-1], -0.2 * 0.5 * scale)
-        self.assertGreater(seen["contact_0_friction_work"][-1], 0.005 * seen["total_energy"][0])
-
-    def test_a_block_slides_in_3d(self):
-        _, (_, block), _ = self.run_case("block-on-plate", "--set", "grid.spacing=0.2")
-        late = block["time"] > 0.75
-        x, y = (numpy.polyfit(block["time"][late], (block[f"momentum_{axis}"] / block["mass"])[late], 1)[0] for axis in "xy")
-        self.assertAlmostEqual(math.hypot(x, y) / (10 * (0.5 - 0.3 * 0.75**0.5)), 1, delta=0.02)
-        self.assertAlmostEqual(math.degrees(math.atan2(y, x)), 30, delta=0.5)
 
 
 # name, changes of two disks in contact, what the message points at, the remedy
