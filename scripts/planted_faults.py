@@ -468,14 +468,16 @@ FAULTS = [
           "            if (vertices", "1", CONTACT_AREAS),
     fault("contact-on-flat-faces", "bodies meet on flat faces", "method/contact_points.cpp",
           "normals_ = @corner_normals(*outline_, x_->data())@;", "corner_normals(*outline_, x_->data(), 0.0)", "pass:ContactPoints.LieOnCurvedFaces"),
-    fault("contact-normal-of-slave", "the normal is that of the vertex, out of the wrong body", "method/contact_points.cpp",
-          "point.normal = @found->foot.normal@;", "n", CONTACT_AREAS),
+    fault("contact-normal-of-slave", "the normal is out of the wrong body", "method/contact_points.cpp",
+          "r.normal = @found.foot.normal@;", "-1.0 * found.foot.normal", CONTACT_AREAS),
+    fault("contact-faces-in-the-middle", "impulses at Gauss points act on all corners of the face alike", "method/contact_step.cpp",
+          "outline.vertices[of][c]), @inside.weight[c]@", "1.0 / outline.faces[of].count", "verify:Quick/Studies.MeetTheirBars/contact_ring"),
     fault("contact-hasty-push-out", "overlaps are taken back in one step", "method/contact_step.cpp",
           "return @(point.gap > 0 ? kClose : kPushOut) * rate(point) * point.gap@;", "point.gap / dt_", ONE_SWEEP),
     fault("contact-late-friction", "friction follows the normal impulse before the sweep", "method/contact_step.cpp",
           "const double limit = pair.friction * @point.p@ + dt_kick_", "p", ONE_SWEEP),
     fault("contact-resists-alone", "the row sum of a contact point has only its own body", "method/contact_step.cpp",
-          "resistance_[q] += @points_[q].weight[c] * at[of[1 + c]]@;", "Vec<D>{}", ONE_SWEEP),
+          "resistance_[q] += @std::fabs(weight) * at[row]@;", "weight > 0 ? at[row] : Vec<D>{}", ONE_SWEEP),
 ]
 
 

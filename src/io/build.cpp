@@ -193,7 +193,8 @@ setup::ContactSpec contact_of(const Input& c, const CaseInput& in)
             .type     = static_cast<ContactType>(type),
             .friction = c.friction.value_or(0.0),
             .adhesion = c.adhesion.value_or(0.0),
-            .sweeps   = c.sweeps};
+            .sweeps   = c.sweeps,
+            .on_faces = c.points == "faces"};
 }
 
 template <int D>

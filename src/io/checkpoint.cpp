@@ -230,7 +230,7 @@ void add_anchors(Hdf5Writer& out, const std::vector<ContactPoint<D>>& points)
     std::vector<double> numbers;
     for (const ContactPoint<D>& q : points) {
         if (!(q.p > 0 || q.is_tied)) continue;
-        keys.insert(keys.end(), {q.key.pair, q.key.side, q.key.vertex, q.key.ordinal});
+        keys.insert(keys.end(), {q.key.pair, q.key.side, q.key.of, q.key.ordinal});
         numbers.insert(numbers.end(), q.normal.c, q.normal.c + D);
         numbers.insert(numbers.end(), q.anchor.c, q.anchor.c + D);
         numbers.push_back(q.p);

@@ -411,7 +411,11 @@ std::vector<Key<Owner>> law_keys()
             .min = 0}},
         {&Owner::sweeps, {.name = "sweeps",
             .what = "over all points in a step; one is enough but for piles of stiff bodies. The largest of all contacts counts",
-            .min = 1, .max = 1000}}};
+            .min = 1, .max = 1000}},
+        {&Owner::points, {.name = "points",
+            .what = "where contact acts: at the vertices of bodies, or at Gauss points of their faces (2 of a segment, 4 of a "
+                    "quadrilateral, 3 of a triangle), which meet round surfaces of few cells and unlike meshes better and cost more",
+            .choices = {"vertices", "faces"}}}};
 }
 
 const Section<ContactInput>& contact_section()
@@ -1260,7 +1264,8 @@ void validate_obstacle(ObstacleInput& in, std::size_t k, const CaseInput& c, con
     const int dim = c.grid.dim;
     settle_name(in, "obstacle", k);
     require_keys_of_shape(
-        in, dim, {"name", "shape", "velocity", "rotation", "mass", "held", "bodies", "type", "friction", "adhesion", "sweeps"},
+        in, dim,
+        {"name", "shape", "velocity", "rotation", "mass", "held", "bodies", "type", "friction", "adhesion", "sweeps", "points"},
         obstacle_shapes());
     if (in.bodies.empty()) in.fail("bodies", "must name at least one; for all bodies remove it");
     if (!is_of_all(in.bodies)) require_known(in, "bodies", in.bodies, names_of(c.bodies), "[[body]]");

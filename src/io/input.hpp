@@ -90,7 +90,8 @@ struct ContactInput : Located {
     std::vector<std::string> bodies;
     std::string type = "frictional";
     std::optional<double> friction, adhesion;
-    int sweeps = 1;
+    int sweeps         = 1;
+    std::string points = "vertices";
 };
 
 /// Whether a list of bodies says all of them.
@@ -108,7 +109,8 @@ struct ObstacleInput : ShapeInput {
     std::vector<std::string> bodies = {"all"};
     std::string type                = "frictional";
     std::optional<double> friction, adhesion;
-    int sweeps = 1;
+    int sweeps         = 1;
+    std::string points = "vertices";
 };
 
 struct OutputInput : Located {

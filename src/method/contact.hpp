@@ -31,13 +31,13 @@ struct ContactSurface {
     std::vector<Holder> holders;
 };
 
-/// Which point of which contact: a vertex of one of its two surfaces, which may have a foot on more than one face of the other.
-/// Against obstacles particles without faces are points themselves.
+/// Which point of which contact: a vertex of one of its two surfaces, which may have a foot on more than one face of the other, or
+/// a Gauss point of a face. Against obstacles particles without faces are points themselves.
 struct ContactKey {
     int pair    = 0;  ///< in Model::contacts
-    int side    = 0;  ///< which of its surfaces has the vertex
-    int vertex  = 0;  ///< or the id of a particle
-    int ordinal = 0;  ///< of the feet of this vertex
+    int side    = 0;  ///< which of its surfaces has the point
+    int of      = 0;  ///< the vertex, the face, or the id of the particle
+    int ordinal = 0;  ///< of the feet of this vertex, or of the Gauss points of this face
 
     auto operator<=>(const ContactKey&) const = default;  // NOLINT(modernize-use-nullptr): a false alarm of clang-tidy 14
 };
@@ -59,8 +59,9 @@ struct ContactPair {
     double friction   = 0.0;  ///< Coulomb's coefficient
     double adhesion   = 0.0;  ///< shear stress that holds without pressure, Pa
     int sweeps        = 1;
-    double wave_speed = 0.0;  ///< the faster of the two materials, m/s
-    std::string name{};       ///< begins its columns
+    bool on_faces     = false;  ///< points are Gauss points of faces, not vertices
+    double wave_speed = 0.0;    ///< the faster of the two materials, m/s
+    std::string name{};         ///< begins its columns
     std::vector<TiedPoint<D>> tied{};
     int obstacle = -1;  ///< in Model::obstacles, the second of the pair
     int body     = 0;   ///< that meets it
@@ -77,7 +78,7 @@ struct ContactPoint {
     Vec<D> x{};                                ///< m
     Vec<D> normal{};                           ///< of length 1, out of the other surface
     double gap  = 0.0;                         ///< m; negative: overlap
-    double area = 0.0;                         ///< half of the vertex's share of its faces, all of it on an obstacle, m^(D-1)
+    double area = 0.0;                         ///< half of the point's share of its faces, all of it on an obstacle, m^(D-1)
     double p    = 0.0;                         ///< normal impulse an area of the last step, N s/m^(D-1)
     Vec<D> t{};                                ///< tangential impulse an area, N s/m^(D-1)
     Vec<D> anchor{};                           ///< slip since the point sticks, m; of tied points all of their motion

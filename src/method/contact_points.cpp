@@ -66,6 +66,45 @@ class PlacedSurface {
         if (normals_.empty()) normals_ = corner_normals(*outline_, x_->data());
         return normals_;
     }
+    /// A Gauss point of a face.
+    struct Sample {
+        Vec<D> x, normal;
+        double area;  ///< that it stands for, m^(D-1)
+    };
+    /// normals() must have been found.
+    Sample sample(int face, const FacePoint<D>& point) const
+    {
+        const int count = outline_->faces[face].count;
+        const CurvedFace<D> curved(outline_->corners_of(face, x_->data()).data(), normals_[face].data(), count);
+        const auto t      = curved.tangents(point.place);
+        const Vec<D> area = point.part * t.area();
+        return {curved.first() + t.point, unit(area), norm(area)};
+    }
+    /// f(key, x, normal, area, to) for the Gauss points of all faces that may be near: is_near(x) is asked at places on their planes.
+    template <class IsNear, class F>
+    std::vector<ContactPoint<D>> in_faces(int pair, int side, const IsNear& is_near, const F& f)
+    {
+        const auto count = static_cast<std::ptrdiff_t>(outline_->faces.size());
+        std::vector<char> near(outline_->faces.size());
+        parallel_for_each(count, [&](std::ptrdiff_t k) {
+            const auto at = outline_->corners_of(k, x_->data());
+            for (const FacePoint<D>& point : face_points<D>(outline_->faces[k].count)) {
+                Vec<D> x{};
+                for (int c = 0; c < outline_->faces[k].count; ++c) x += point.weight[c] * at[c];
+                near[k] = near[k] || is_near(x);
+            }
+        });
+        if (std::find(near.begin(), near.end(), 1) == near.end()) return {};
+        normals();
+        return in_pieces<D>(outline_->faces.size(), [&](std::ptrdiff_t k, std::vector<ContactPoint<D>>& to) {
+            if (!near[k]) return;
+            ContactKey key{pair, side, static_cast<int>(k), 0};
+            for (const FacePoint<D>& point : face_points<D>(outline_->faces[k].count)) {
+                f(key, sample(key.of, point), to);
+                ++key.ordinal;
+            }
+        });
+    }
     /// Of the plane of a face.
     Vec<D> normal_of(int face) const
     {
@@ -84,7 +123,7 @@ template <int D>
 class PointFinder {
   public:
     PointFinder(PlacedSurface<D>& slave, PlacedSurface<D>& master, double reach, const Vec<D>& period = {})
-        : slave_(slave.outline()), x_(slave.x()), near_(master.extent().widened(reach))
+        : placed_(slave), slave_(slave.outline()), x_(slave.x()), near_(master.extent().widened(reach))
     {
         Extent<D> within;  // of the vertices that are looked for
         for (const Vec<D>& shift : shifts_between(slave.extent(), master.extent(), reach, period)) {
@@ -101,15 +140,34 @@ class PointFinder {
         search_.emplace(master.outline(), master.x().data(), master.normals().data(), reach, within);
     }
 
-    std::vector<ContactPoint<D>> all(int pair, int side) const
+    /// At the vertices, or at Gauss points of the faces.
+    std::vector<ContactPoint<D>> all(int pair, int side, bool on_faces) const
     {
         if (shifts_.empty()) return {};
+        if (on_faces) {
+            auto may_meet = [&](const Vec<D>& x) {
+                return std::any_of(shifts_.begin(), shifts_.end(), [&](const Vec<D>& shift) { return near_.has(x + shift); });
+            };
+            return placed_.in_faces(pair, side, may_meet, [&](const ContactKey& key, const auto& at, auto& to) {
+                if (const auto found = nearest(at.x, at.normal)) to.push_back(point_at(key, at.x, 0.5 * at.area, *found));
+            });
+        }
         return in_pieces<D>(x_.size(), [&](std::ptrdiff_t v, std::vector<ContactPoint<D>>& to) {
             add({pair, side, static_cast<int>(v), 0}, to);
         });
     }
 
   private:
+    static ContactPoint<D> point_at(const ContactKey& key, const Vec<D>& x, double area, const Nearest<D>& found)
+    {
+        ContactPoint<D> r{.key = key, .face = found.face, .weight = {}};
+        std::copy_n(found.foot.weight, ContactPoint<D>::max_corners, r.weight.begin());
+        r.x      = x;
+        r.normal = found.foot.normal;
+        r.gap    = found.foot.gap;
+        r.area   = area;
+        return r;
+    }
     std::optional<Nearest<D>> nearest(const Vec<D>& x, const Vec<D>& n) const
     {
         std::optional<Nearest<D>> best;
@@ -128,10 +186,10 @@ class PointFinder {
         const std::size_t begin = to.size();
         std::optional<Nearest<D>> found;
         Vec<D> of{};
-        for (int i = slave_.first[key.vertex]; i < slave_.first[key.vertex + 1]; ++i) {
+        for (int i = slave_.first[key.of]; i < slave_.first[key.of + 1]; ++i) {
             const auto [face, corner] = slave_.around[i];
             const Vec<D>& n           = (*normals_)[face][corner];
-            if (i == slave_.first[key.vertex] || !(n == of)) found = nearest(x_[key.vertex], of = n);
+            if (i == slave_.first[key.of] || !(n == of)) found = nearest(x_[key.of], of = n);
             if (!found) continue;
             const auto at      = slave_.corners_of(face, x_.data());
             const double share = 0.5 * share_of_corner(at.data(), slave_.faces[face].count, corner);
@@ -141,17 +199,12 @@ class PointFinder {
                 same->area += share;
                 continue;
             }
-            ContactPoint<D> point{.key = key, .face = found->face, .weight = {}};
-            std::copy_n(found->foot.weight, ContactPoint<D>::max_corners, point.weight.begin());
-            point.x      = x_[key.vertex];
-            point.normal = found->foot.normal;
-            point.gap    = found->foot.gap;
-            point.area   = share;
-            to.push_back(point);
+            to.push_back(point_at(key, x_[key.of], share, *found));
             ++key.ordinal;
         }
     }
 
+    PlacedSurface<D>& placed_;
     const Outline<D>& slave_;
     const std::vector<Vec<D>>& x_;
     Extent<D> near_;
@@ -182,16 +235,24 @@ void keep_anchors(const std::vector<ContactPoint<D>>& before, std::vector<Contac
     }
 }
 
-/// The point of a tied vertex, for the normal out of the other side; `part` of the vertex's faces that look there count.
+/// The tied point of a vertex or face, for the normal out of the other side; `part` of the vertex's faces that look there, or of the
+/// area of the point, count.
 template <int D>
-ContactPoint<D> point_of(const TiedPoint<D>& tied, const PlacedSurface<D>& slave, const Vec<D>& normal, double part)
+ContactPoint<D> point_of(const TiedPoint<D>& tied, bool on_faces, PlacedSurface<D>& slave, const Vec<D>& normal, double part)
 {
     const Outline<D>& outline = slave.outline();
     ContactPoint<D> r{.key = tied.key, .face = tied.face, .weight = tied.weight};
-    r.x       = slave.x()[tied.key.vertex];
     r.normal  = normal;
     r.is_tied = true;
-    for (int i = outline.first[tied.key.vertex]; i < outline.first[tied.key.vertex + 1]; ++i) {
+    if (on_faces) {
+        slave.normals();
+        const auto at = slave.sample(tied.key.of, face_points<D>(outline.faces[tied.key.of].count)[tied.key.ordinal]);
+        r.x           = at.x;
+        r.area        = part * at.area;
+        return r;
+    }
+    r.x = slave.x()[tied.key.of];
+    for (int i = outline.first[tied.key.of]; i < outline.first[tied.key.of + 1]; ++i) {
         const auto [face, corner] = outline.around[i];
         const auto own            = outline.corners_of(face, slave.x().data());
         if (dot(face_area(own.data(), outline.faces[face].count), r.normal) < 0)
@@ -200,13 +261,14 @@ ContactPoint<D> point_of(const TiedPoint<D>& tied, const PlacedSurface<D>& slave
     return r;
 }
 
-/// Adds the points that were found on one side of a pair; tied vertices have point(tied) instead, one each.
+/// Adds the points that were found on one side of a pair; what is tied has point(tied) instead, a vertex one of them.
 template <int D, class F>
-void add_points(std::vector<ContactPoint<D>> found, const std::vector<TiedPoint<D>>& tied, int side, const F& point,
+void add_points(std::vector<ContactPoint<D>> found, const ContactPair<D>& pair, int side, const F& point,
                 std::vector<ContactPoint<D>>& to)
 {
-    auto comes_before = [](const ContactKey& a, const ContactKey& b) {
-        return std::pair{a.side, a.vertex} < std::pair{b.side, b.vertex};
+    const std::vector<TiedPoint<D>>& tied = pair.tied;
+    auto comes_before                     = [&](const ContactKey& a, const ContactKey& b) {
+        return pair.on_faces ? a < b : std::pair{a.side, a.of} < std::pair{b.side, b.of};
     };
     if (!tied.empty()) {
         std::erase_if(found, [&](const ContactPoint<D>& one) {
@@ -233,13 +295,23 @@ class ObstacleFinder {
         : obstacle_(obstacle), motion_(motion), reach_(reach), dt_(dt), period_(period), bounds_(bounds_of(obstacle, motion))
     {}
 
-    /// Of the vertices of a surface: each of their faces counts with its share where its own normal finds a foot.
-    std::vector<ContactPoint<D>> all(int pair, PlacedSurface<D>& surface) const
+    /// Of the vertices of a surface: each of their faces counts with its share where its own normal finds a foot. Or of the Gauss
+    /// points of its faces.
+    std::vector<ContactPoint<D>> all(int pair, PlacedSurface<D>& surface, bool on_faces = false) const
     {
         const Outline<D>& outline        = surface.outline();
         const std::vector<Vec<D>>& x     = surface.x();
         const std::vector<Vec<D>> shifts = shifts_of(surface.extent());
         if (shifts.empty()) return {};
+        if (on_faces)
+            return surface.in_faces(
+                pair, 0, [&](const Vec<D>& at) { return nearest(at, nullptr, shifts).has_value(); },
+                [&](const ContactKey& key, const auto& at, auto& to) {
+                    const auto foot = nearest(at.x, &at.normal, shifts);
+                    if (!foot) return;
+                    to.push_back(point_at(key, at.x, *foot));
+                    to.back().area = at.area;
+                });
         std::vector<char> near(x.size());
         parallel_for_each(static_cast<std::ptrdiff_t>(x.size()),
                           [&](std::ptrdiff_t v) { near[v] = nearest(x[v], nullptr, shifts).has_value(); });
@@ -317,9 +389,9 @@ class ObstacleFinder {
     {
         constexpr double same   = 1 - 1e-9;  // cosine between normals of one foot
         const std::size_t begin = to.size();
-        for (int i = outline.first[key.vertex]; i < outline.first[key.vertex + 1]; ++i) {
+        for (int i = outline.first[key.of]; i < outline.first[key.of + 1]; ++i) {
             const auto [face, corner] = outline.around[i];
-            const auto foot           = nearest(x[key.vertex], &normals[face][corner], shifts);
+            const auto foot           = nearest(x[key.of], &normals[face][corner], shifts);
             if (!foot) continue;
             const auto at      = outline.corners_of(face, x.data());
             const double share = share_of_corner(at.data(), outline.faces[face].count, corner);
@@ -329,7 +401,7 @@ class ObstacleFinder {
                 old->area += share;
                 continue;
             }
-            to.push_back(point_at(key, x[key.vertex], *foot));
+            to.push_back(point_at(key, x[key.of], *foot));
             to.back().area = share;
             ++key.ordinal;
         }
@@ -462,9 +534,9 @@ std::vector<ContactPoint<D>> find_contact_points(const Model<D>& model, const St
                 r.insert(r.end(), found.begin(), found.end());
             } else if (!vertices[own].empty()) {
                 auto point = [&](const TiedPoint<D>& tied) {
-                    return point_of(tied, placed[own], turned_with(motion, tied.normal), 1.0);
+                    return point_of(tied, pair.on_faces, placed[own], turned_with(motion, tied.normal), 1.0);
                 };
-                add_points(finder.all(number, placed[own]), pair.tied, 0, point, r);
+                add_points(finder.all(number, placed[own], pair.on_faces), pair, 0, point, r);
             }
             continue;
         }
@@ -473,9 +545,9 @@ std::vector<ContactPoint<D>> find_contact_points(const Model<D>& model, const St
             if (vertices[own].empty() || vertices[other].empty()) continue;
             const PointFinder<D> finder(placed[own], placed[other], reach, period);
             auto point = [&](const TiedPoint<D>& tied) {
-                return point_of(tied, placed[own], placed[other].normal_of(tied.face), 0.5);
+                return point_of(tied, pair.on_faces, placed[own], placed[other].normal_of(tied.face), 0.5);
             };
-            add_points(finder.all(number, side), pair.tied, side, point, r);
+            add_points(finder.all(number, side, pair.on_faces), pair, side, point, r);
         }
     }
     keep_anchors(s.contacts.points, r);
@@ -491,19 +563,20 @@ std::vector<TiedPoint<D>> find_tied_points(const ContactPair<D>& pair, int numbe
         const int own = pair.surface[side], other = pair.surface[1 - side];
         PlacedSurface<D> slave(surfaces[own].outline, vertices[own]), master(surfaces[other].outline, vertices[other]);
         const PointFinder<D> finder(slave, master, distance);
-        for (const ContactPoint<D>& one : finder.all(number, side)) r.push_back({one.key, one.face, one.weight, {}});
+        for (const ContactPoint<D>& one : finder.all(number, side, pair.on_faces))
+            r.push_back({one.key, one.face, one.weight, {}});
     }
     return r;
 }
 
 template <int D>
-std::vector<TiedPoint<D>> find_tied_points(int number, const Obstacle<D>& obstacle, const ContactSurface<D>& surface,
-                                           const std::vector<Vec<D>>& vertices, double distance)
+std::vector<TiedPoint<D>> find_tied_points(int number, bool on_faces, const Obstacle<D>& obstacle,
+                                           const ContactSurface<D>& surface, const std::vector<Vec<D>>& vertices, double distance)
 {
     const ObstacleMotion<D> start = start_of(obstacle, 0.0);
     std::vector<TiedPoint<D>> r;
     PlacedSurface<D> placed(surface.outline, vertices);
-    for (const ContactPoint<D>& one : ObstacleFinder<D>(obstacle, start, distance, 0.0).all(number, placed))
+    for (const ContactPoint<D>& one : ObstacleFinder<D>(obstacle, start, distance, 0.0).all(number, placed, on_faces))
         if (std::fabs(one.gap) <= distance) r.push_back({one.key, -1, {}, one.normal});
     return r;
 }
@@ -528,7 +601,7 @@ double depth_in(const Obstacle<D>& obstacle, const ContactSurface<D>& surface, c
                                                               const std::vector<std::vector<Vec<D>>>&, double);            \
     template std::vector<TiedPoint<D>> find_tied_points(const ContactPair<D>&, int, const std::vector<ContactSurface<D>>&, \
                                                         const std::vector<std::vector<Vec<D>>>&, double);                  \
-    template std::vector<TiedPoint<D>> find_tied_points(int, const Obstacle<D>&, const ContactSurface<D>&,                 \
+    template std::vector<TiedPoint<D>> find_tied_points(int, bool, const Obstacle<D>&, const ContactSurface<D>&,           \
                                                         const std::vector<Vec<D>>&, double);                               \
     template double depth_in(const Obstacle<D>&, const ContactSurface<D>&, const std::vector<Vec<D>>&, double);
 ORDO_CONTACT_POINTS(2)

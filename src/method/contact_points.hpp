@@ -41,8 +41,9 @@ std::vector<TiedPoint<D>> find_tied_points(const ContactPair<D>& pair, int numbe
 
 /// The same on an obstacle, at the start.
 template <int D>
-std::vector<TiedPoint<D>> find_tied_points(int number, const Obstacle<D>& obstacle, const ContactSurface<D>& surface,
-                                           const std::vector<Vec<D>>& vertices, double distance);
+std::vector<TiedPoint<D>> find_tied_points(int number, bool on_faces, const Obstacle<D>& obstacle,
+                                           const ContactSurface<D>& surface, const std::vector<Vec<D>>& vertices,
+                                           double distance);
 
 /// How deep the vertices of a surface are in an obstacle at the start, at most, m.
 template <int D>

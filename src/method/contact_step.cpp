@@ -2,6 +2,7 @@
 
 #include "method/contact_points.hpp"
 #include "shape/bspline.hpp"
+#include "shape/curved_face.hpp"
 #include "shape/hat.hpp"
 
 #include <algorithm>
@@ -85,10 +86,23 @@ struct Columns {
     template <class T>
     void sum(const std::vector<T>& from, std::vector<T>& to) const
     {
+        sum_by(from, to, [](double weight) { return weight; });
+    }
+    /// The same with the weights' sizes.
+    template <class T>
+    void sum_of_sizes(const std::vector<T>& from, std::vector<T>& to) const
+    {
+        sum_by(from, to, [](double weight) { return std::fabs(weight); });
+    }
+
+  private:
+    template <class T, class F>
+    void sum_by(const std::vector<T>& from, std::vector<T>& to, const F& of_weight) const
+    {
         to.resize(first.size() - 1);
         parallel_for_each(static_cast<std::ptrdiff_t>(to.size()), [&](std::ptrdiff_t k) {
             T total{};
-            for (int e = first[k]; e < first[k + 1]; ++e) total += entries[e].weight * from[entries[e].row];
+            for (int e = first[k]; e < first[k + 1]; ++e) total += of_weight(entries[e].weight) * from[entries[e].row];
             to[k] = total;
         });
     }
@@ -169,6 +183,12 @@ class Meeting {
     {
         return model_.surfaces[master_of(point)].outline.vertices[point.face];
     }
+    /// f(row, weight) for the rows of point q: at its own place with positive weights, at its foot with negative ones.
+    template <class F>
+    void for_each_row(std::ptrdiff_t q, const F& f) const
+    {
+        for (int i = first_row_[q]; i < first_row_[q + 1]; ++i) f(rows_of_points_[i].row, rows_of_points_[i].weight);
+    }
     /// Of the foot: none on an obstacle.
     int corner_count(const ContactPoint<D>& point) const
     {
@@ -193,17 +213,23 @@ class Meeting {
             }
             return r;
         };
-        vertex_.resize(points_.size() * corners_at_most);
-        for (std::size_t q = 0; q < points_.size(); ++q) {
-            const ContactPoint<D>& point = points_[q];
-            int* of                      = &vertex_[q * corners_at_most];
-            if (slave_of(point) < 0) {  // a particle
-                of[0] = static_cast<int>(used.size());
+        first_row_.push_back(0);
+        for (const ContactPoint<D>& point : points_) {
+            const int slave = slave_of(point), of = point.key.of;
+            if (slave < 0) {  // a particle
+                rows_of_points_.push_back({static_cast<int>(used.size()), 1.0});
                 used.push_back({point.x, pair_of(point).body});
-                continue;
+            } else if (pair_of(point).on_faces) {
+                const Outline<D>& outline  = model_.surfaces[slave].outline;
+                const FacePoint<D>& inside = face_points<D>(outline.faces[of].count)[point.key.ordinal];
+                for (int c = 0; c < outline.faces[of].count; ++c)
+                    rows_of_points_.push_back({row_of(slave, outline.vertices[of][c]), inside.weight[c]});
+            } else {
+                rows_of_points_.push_back({row_of(slave, of), 1.0});
             }
-            of[0] = row_of(slave_of(point), point.key.vertex);
-            for (int c = 0; c < corner_count(point); ++c) of[1 + c] = row_of(master_of(point), master_vertices(point)[c]);
+            for (int c = 0; c < corner_count(point); ++c)
+                rows_of_points_.push_back({row_of(master_of(point), master_vertices(point)[c]), -point.weight[c]});
+            first_row_.push_back(static_cast<int>(rows_of_points_.size()));
         }
         rows_.emplace(s_, used.size());
         row_count_ = used.size();
@@ -212,11 +238,8 @@ class Meeting {
             rows_->set(static_cast<std::size_t>(k), used[k].x, s_.field.tiles.first_node(field));
         });
         points_of_.emplace(row_count_, [&](auto&& f) {
-            for (int q = 0; q < static_cast<int>(points_.size()); ++q) {
-                f(q, vertex_[q * corners_at_most], 1.0);
-                for (int c = 0; c < corner_count(points_[q]); ++c)
-                    f(q, vertex_[q * corners_at_most + 1 + c], points_[q].weight[c]);
-            }
+            for (int q = 0; q < static_cast<int>(points_.size()); ++q)
+                for_each_row(q, [&](int row, double weight) { f(q, row, weight); });
         });
     }
 
@@ -273,9 +296,8 @@ class Meeting {
         const std::vector<Vec<D>> v = at_vertices(of_nodes);
         u.resize(points_.size());
         parallel_for_each(count(points_), [&](std::ptrdiff_t q) {
-            const int* of = &vertex_[q * corners_at_most];
-            u[q]          = v[of[0]];
-            for (int c = 0; c < corner_count(points_[q]); ++c) u[q] -= points_[q].weight[c] * v[of[1 + c]];
+            u[q] = {};
+            for_each_row(q, [&](int row, double weight) { u[q] += weight * v[row]; });
             if (const int k = obstacle_of(points_[q]); k >= 0) u[q] -= velocity_at(of_obstacles[k], points_[q].x);
         });
     }
@@ -343,16 +365,15 @@ class Meeting {
         std::vector<double> areas(points_.size()), of_vertices, of_nodes;
         parallel_for_each(count(points_),
                           [&](std::ptrdiff_t q) { areas[q] = is_active(points_[q], u[q]) ? points_[q].area : 0.0; });
-        points_of_->sum(areas, of_vertices);
+        points_of_->sum_of_sizes(areas, of_vertices);
         rows_of_->sum(of_vertices, of_nodes);
         std::vector<Vec<D>> response(node_.size());
         for (std::size_t k = 0; k < node_.size(); ++k) response[k] = of_nodes[k] * inverse_mass_[k];
         const std::vector<Vec<D>> at = at_vertices(response);
         resistance_.resize(points_.size());
         parallel_for_each(count(points_), [&](std::ptrdiff_t q) {
-            const int* of  = &vertex_[q * corners_at_most];
-            resistance_[q] = at[of[0]];
-            for (int c = 0; c < corner_count(points_[q]); ++c) resistance_[q] += points_[q].weight[c] * at[of[1 + c]];
+            resistance_[q] = {};
+            for_each_row(q, [&](int row, double weight) { resistance_[q] += std::fabs(weight) * at[row]; });
         });
         find_resistance_of_obstacles(areas);
     }
@@ -419,15 +440,8 @@ class Meeting {
     /// Adds changes of impulses to nodes.
     void add(const std::vector<Vec<D>>& change)
     {
-        // Each vertex of the other surface gets its weight of the reaction.
-        std::vector<Vec<D>> of_vertices(row_count_), of_nodes;
-        parallel_for_each(count(of_vertices), [&](std::ptrdiff_t k) {
-            for (int e = points_of_->first[k]; e < points_of_->first[k + 1]; ++e) {
-                const auto& [q, weight] = points_of_->entries[e];
-                const bool is_own       = vertex_[static_cast<std::size_t>(q) * corners_at_most] == k;
-                of_vertices[k] += (is_own ? 1.0 : -weight) * change[q];
-            }
-        });
+        std::vector<Vec<D>> of_vertices, of_nodes;
+        points_of_->sum(change, of_vertices);
         rows_of_->sum(of_vertices, of_nodes);
         parallel_for_each(count(node_), [&](std::ptrdiff_t k) {
             impulse_[k] += of_nodes[k];
@@ -490,8 +504,6 @@ class Meeting {
         }
     }
 
-    static constexpr std::size_t corners_at_most = 1 + Face<D>::max_corners;
-
     /// Of an obstacle.
     struct Inertia {
         bool is_moved = false;
@@ -507,7 +519,12 @@ class Meeting {
     Lanes* nodes_;
     double dt_, dt_kick_;
     std::vector<ContactPoint<D>> points_;
-    std::vector<int> vertex_;  ///< rows of each point: its own vertex and those of its foot
+    struct RowOfPoint {
+        int row;
+        double weight;
+    };
+    std::vector<int> first_row_;  ///< of each point, and the end of the last
+    std::vector<RowOfPoint> rows_of_points_;
     std::size_t row_count_ = 0;
     std::optional<VertexRows<D>> rows_;
     std::optional<Columns> points_of_;                          ///< by vertices

@@ -138,6 +138,7 @@ void set_up_contacts(const CaseSpec<D>& spec, Model<D>& model)
                                     .friction = c.friction,
                                     .adhesion = c.adhesion,
                                     .sweeps   = c.sweeps,
+                                    .on_faces = c.on_faces,
                                     .name     = c.name.empty() ? fmt::format("contact_{}", k) : c.name,
                                     .body     = one};
                 if (bodies.size() > 2)

@@ -118,6 +118,8 @@ void set_up_obstacles(const CaseSpec<D>& spec, Model<D>& model)
         require_law(c, Part::obstacle, k, count);
         if (!has_faces(spec.method) && c.type == ContactType::tied)
             fail(k, "type", "\"tied\" needs bodies with faces: use cpdi1, cpdi2, or type \"no-slip\"");
+        if (!has_faces(spec.method) && c.on_faces)
+            fail(k, "points", "\"faces\" needs bodies with faces: use cpdi1, cpdi2, or points \"vertices\"");
         model.obstacles.push_back(obstacle_of(one, k, model));
         for (const int b : bodies_of(c, count)) {
             if (has_faces(spec.method)) require_faces(spec, b, Part::obstacle, k);
@@ -126,6 +128,7 @@ void set_up_obstacles(const CaseSpec<D>& spec, Model<D>& model)
                                       .friction   = c.friction,
                                       .adhesion   = c.adhesion,
                                       .sweeps     = c.sweeps,
+                                      .on_faces   = c.on_faces,
                                       .wave_speed = spec.materials[spec.bodies[b].material].wave_speed(),
                                       .name       = model.obstacles.back().name,
                                       .obstacle   = static_cast<int>(k),
@@ -151,7 +154,7 @@ void settle_on_obstacle(Model<D>& model, int k, const std::vector<std::vector<Ve
         const auto& surface         = model.surfaces[pair.surface[0]];
         const auto& x               = vertices[pair.surface[0]];
         if (const double depth = depth_in(obstacle, surface, x, h); depth > kDeep * h) fail_deep(pair.body, obstacle.name, depth);
-        if (pair.type == ContactType::tied) pair.tied = find_tied_points(k, obstacle, surface, x, 0.05 * h);
+        if (pair.type == ContactType::tied) pair.tied = find_tied_points(k, pair.on_faces, obstacle, surface, x, 0.05 * h);
     }
 }
 

@@ -138,6 +138,7 @@ struct ContactSpec {
     double friction  = 0.0;  ///< Coulomb's coefficient
     double adhesion  = 0.0;  ///< Pa
     int sweeps       = 1;
+    bool on_faces    = false;  ///< contact at Gauss points of faces, not at vertices
 };
 
 /// A rigid solid that bodies meet. Without mass it moves as given; with mass its free components begin so.

@@ -59,6 +59,57 @@ std::vector<std::array<Vec<D>, Face<D>::max_corners>> corner_normals(const Outli
     return r;
 }
 
+/// Linear weights of the corners at a place of a face: along one edge from corner 0, in 3D also along the other.
+template <int D, class T>
+void face_weights(int count, const Vec<D - 1, T>& s, T* w)
+{
+    if constexpr (D == 2) {
+        w[0] = T(1.0) - s[0];
+        w[1] = s[0];
+    } else if (count == 3) {
+        w[0] = T(1.0) - s[0] - s[1];
+        w[1] = s[0];
+        w[2] = s[1];
+        w[3] = T(0.0);
+    } else {
+        w[0] = (T(1.0) - s[0]) * (T(1.0) - s[1]);
+        w[1] = s[0] * (T(1.0) - s[1]);
+        w[2] = s[0] * s[1];
+        w[3] = (T(1.0) - s[0]) * s[1];
+    }
+}
+
+/// A Gauss point of a face.
+template <int D>
+struct FacePoint {
+    Vec<D - 1> place;
+    double weight[Face<D>::max_corners];  ///< of the corners
+    double part;                          ///< of |dx/ds|, in 3D of |dx/ds x dx/dt|: its area
+};
+
+/// Those of a face with `count` corners: two a direction, exact for cubics along it; of a triangle three, exact for quadratics.
+template <int D>
+const std::vector<FacePoint<D>>& face_points(int count)
+{
+    auto points_at = [](int corners, const std::vector<Vec<D - 1>>& places, double part) {
+        std::vector<FacePoint<D>> r;
+        for (const Vec<D - 1>& s : places) {
+            r.push_back({s, {}, part});
+            face_weights<D>(corners, s, r.back().weight);
+        }
+        return r;
+    };
+    static const double low = 0.5 - std::sqrt(1.0 / 12), high = 0.5 + std::sqrt(1.0 / 12);
+    if constexpr (D == 2) {
+        static const auto line = points_at(2, {{low}, {high}}, 1.0 / 2);
+        return line;
+    } else {
+        static const auto square   = points_at(4, {{low, low}, {high, low}, {high, high}, {low, high}}, 1.0 / 4);
+        static const auto triangle = points_at(3, {{1.0 / 6, 1.0 / 6}, {2.0 / 3, 1.0 / 6}, {1.0 / 6, 2.0 / 3}}, 1.0 / 6);
+        return count == 3 ? triangle : square;
+    }
+}
+
 /// The point of a face that is nearest to a given one.
 template <int D>
 struct Foot {
@@ -77,7 +128,6 @@ template <int D>
 class CurvedFace {
   public:
     static constexpr int max_corners = Face<D>::max_corners;
-    /// Along one edge from corner 0; in 3D also along the other.
     template <class T = double>
     using Place = Vec<D - 1, T>;
 
@@ -92,31 +142,12 @@ class CurvedFace {
         }
     }
 
-    /// Linear weights of the corners at a place.
-    template <class T>
-    void weights(const Place<T>& s, T (&w)[max_corners]) const
-    {
-        if constexpr (D == 2) {
-            w[0] = T(1.0) - s[0];
-            w[1] = s[0];
-        } else if (count_ == 3) {
-            w[0] = T(1.0) - s[0] - s[1];
-            w[1] = s[0];
-            w[2] = s[1];
-            w[3] = T(0.0);
-        } else {
-            w[0] = (T(1.0) - s[0]) * (T(1.0) - s[1]);
-            w[1] = s[0] * (T(1.0) - s[1]);
-            w[2] = s[0] * s[1];
-            w[3] = (T(1.0) - s[0]) * s[1];
-        }
-    }
     /// The point of the curved face at a place, m.
     template <class T>
     Vec<D, T> point(const Place<T>& s) const
     {
         T w[max_corners];
-        weights(s, w);
+        face_weights<D>(count_, s, w);
         const T h = height(s, w);
         Vec<D, T> r{};
         for (int a = 0; a < D; ++a) {
@@ -130,14 +161,18 @@ class CurvedFace {
         Vec<D> point, along[D - 1];
 
         /// Outward unit normal.
-        Vec<D> normal() const
+        Vec<D> normal() const { return unit(area()); }
+        /// Of a unit of place, along the outward normal, m^(D-1).
+        Vec<D> area() const
         {
             if constexpr (D == 2)
-                return unit(Vec<2>{along[0][1], -along[0][0]});
+                return {along[0][1], -along[0][0]};
             else
-                return unit(cross(along[0], along[1]));
+                return cross(along[0], along[1]);
         }
     };
+    /// Corner 0, m.
+    const Vec<D>& first() const { return first_; }
     Tangents tangents(const Place<>& s) const
     {
         Tangents r{};
@@ -178,7 +213,7 @@ class CurvedFace {
             for (int d = 0; d < D - 1; ++d)
                 s[d] = std::fmin(std::fmax(s[d] + step[d], -1.0), 2.0);  // beyond that the cubic has no meaning
         }
-        weights(s, r.weight);
+        face_weights<D>(count_, s, r.weight);
         for (int i = 0; i < count_; ++i) r.is_inside = r.is_inside && r.weight[i] > -edge;
         return r;
     }
@@ -235,7 +270,7 @@ class CurvedFace {
             over_edge(0, s[0], h[0], h[1]);
         } else if (count_ == 3) {
             double w[max_corners], along[3], middle = 0.0;
-            weights(s, w);
+            face_weights<D>(count_, s, w);
             for (int i = 0; i < 3; ++i) middle += (to_next_[i] + to_last_[i]) / 2;
             h[0] = w[0] * w[1] * w[2] * middle;
             for (int i = 0; i < 3; ++i) {

@@ -13,12 +13,12 @@
 namespace ordo::verification {
 
 /// Gives two bodies a contact; their surfaces come with `plant_bodies`.
-inline void add_contact(Model<2>& model, double friction)
+inline void add_contact(Model<2>& model, double friction, bool on_faces = false)
 {
     double speed = 0.0;
     for (const Material& m : model.materials) speed = std::max(speed, m.wave_speed());
     model.field_of_body = {0, 1};
-    model.contacts      = {{.surface = {0, 1}, .friction = friction, .wave_speed = speed}};
+    model.contacts      = {{.surface = {0, 1}, .friction = friction, .on_faces = on_faces, .wave_speed = speed}};
 }
 
 /// The particles of bodies from their meshes, body k of material k, with velocities v(body, x); also gives the model their surfaces.

@@ -178,7 +178,7 @@ Row slide(const Request& r)
             exact->of(q.body[begin]).fill_body_force(q, begin, last, t);
         }
     };
-    if (has_contact) add_contact(p.model, layers.friction);
+    if (has_contact) add_contact(p.model, layers.friction, r.values.word("points") == "faces");
     p.dt    = r.values.number("cfl") * h / std::max(layers.below.wave_speed(), layers.above.wave_speed());
     p.plant = [=, size = h / r.per_axis, end = p.end](Model<2>& model) {
         std::vector<CellMesh<2>> meshes = meshes_of(layers, size, end);
@@ -239,6 +239,7 @@ Case contact_layers()
             {16, 32, 64},
             {{"mode", "slip", "whether the layers slide, or stick at half the limit", 0, 0, {"slip", "stick"}},
              {"contact", "impulses", "or none: both on one grid", 0, 0, {"impulses", "none"}},
+             {"points", "vertices", "where contact acts", 0, 0, {"vertices", "faces"}},
              {"angle", 0.4, "of the interface to the grid, rad"},
              {"friction", 0.3, "Coulomb's coefficient", 0},
              {"stiffness", 10.0, "Young's modulus of the upper layer over that of the lower", 0},

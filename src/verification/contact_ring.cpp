@@ -50,7 +50,7 @@ Problem<2> rings_of(const Request& r, const PressedRings& rings, double spin)
     for (const ElasticRing& ring : rings.ring)
         p.model.materials.push_back(ordo::elastic_material(law, ring.density, ring.young, ring.poisson));
     p.model.body_forces.resize(2);
-    add_contact(p.model, v.number("friction"));
+    add_contact(p.model, v.number("friction"), v.word("points") == "faces");
     p.dt = v.number("cfl") * h / p.model.contacts[0].wave_speed;
 
     const bool has_contact = v.word("contact") == "impulses";
@@ -191,6 +191,16 @@ Study press_study(const std::string& method, double stiffness, const std::vector
             .length = length};
 }
 
+/// With points on the faces those of the other side matter less: the stress next to the interface has less than 2/3 of the error.
+Study press_on_faces(const std::string& method, const std::vector<int>& meshes, Study::Length length)
+{
+    Study r = press_study(method, 1.0, meshes, length);
+    r.set.push_back({"points", "faces"});
+    r.bars.push_back(value_at_most("pressure_scatter", 16, 1e-3));
+    r.bars.push_back(value_at_most("stress_interface", 16, 3e-3));
+    return r;
+}
+
 /// With as many faces on both sides the stress next to the interface is as good as elsewhere. The displacements are those of small
 /// strains up to about 1e-4 of them.
 Study conforming_study(const std::string& method, const std::string& part, Study::Length length)
@@ -220,12 +230,17 @@ Case contact_ring()
 {
     const std::vector<int> coarse{8, 16}, all{8, 16, 32};
     const Bar at_16 = value_at_most("braking", 16, 0.02), at_32 = value_at_most("braking", 32, 0.006);
-    const std::vector<Study> studies{
-        press_study("bscpdi2", 1.0, coarse, Study::quick),   press_study("bscpdi2", 10.0, coarse, Study::night),
-        press_study("cpdi2", 1.0, all, Study::night),        press_study("icpdi2", 10.0, all, Study::night),
-        conforming_study("bscpls", "quarter", Study::quick), conforming_study("bscpdi2", "quarter", Study::night),
-        conforming_study("bscpdi2", "whole", Study::night),  spin_study("icpdi2", {at_16}, {16}, Study::quick),
-        spin_study("icpdi2", {at_32}, {32}, Study::night),   spin_study("bscpdi2", {at_16, at_32}, {16, 32}, Study::night)};
+    const std::vector<Study> studies{press_study("bscpdi2", 1.0, coarse, Study::quick),
+                                     press_study("bscpdi2", 10.0, coarse, Study::night),
+                                     press_study("cpdi2", 1.0, all, Study::night),
+                                     press_study("icpdi2", 10.0, all, Study::night),
+                                     press_on_faces("bscpdi2", coarse, Study::quick),
+                                     conforming_study("bscpls", "quarter", Study::quick),
+                                     conforming_study("bscpdi2", "quarter", Study::night),
+                                     conforming_study("bscpdi2", "whole", Study::night),
+                                     spin_study("icpdi2", {at_16}, {16}, Study::quick),
+                                     spin_study("icpdi2", {at_32}, {32}, Study::night),
+                                     spin_study("bscpdi2", {at_16, at_32}, {16, 32}, Study::night)};
     return {"contact-ring",
             "two rings with unlike numbers of faces pressed together by a pressure inside, or one that spins brakes on the "
             "other: Lame",
@@ -234,6 +249,7 @@ Case contact_ring()
             {8, 16, 32},
             {{"mode", "press", "whether the rings come to rest, or the inner one spins", 0, 0, {"press", "spin"}},
              {"contact", "impulses", "or the exact pressure on both surfaces, without contact", 0, 0, {"impulses", "given"}},
+             {"points", "vertices", "where contact acts", 0, 0, {"vertices", "faces"}},
              {"part", "whole", "or a quarter between planes of symmetry", 0, 0, {"whole", "quarter"}},
              {"stiffness", 1.0, "Young's modulus of the outer ring over that of the inner, which is 1 Pa", 0},
              {"faces", 1.44, "number of cells around the outer ring over that of the inner", 0},

@@ -106,10 +106,10 @@ std::vector<ContactPoint<D>> points_of(const Simulation<D>& sim)
 
 /// Gaps, normals, and half of the area that faces the other body from each side.
 template <int D>
-void check_points()
+void check_points(bool on_faces)
 {
     constexpr double gap = 0.01;
-    const Simulation<D> sim(build(blocks<D>(gap, {})));
+    const Simulation<D> sim(build(blocks<D>(gap, {.on_faces = on_faces})));
     const std::vector<ContactPoint<D>> points = points_of(sim);
     double area[2]                            = {};
     for (const ContactPoint<D>& q : points) {
@@ -122,10 +122,12 @@ void check_points()
     EXPECT_NEAR(area[0], face / 2, 1e-14);
     EXPECT_GT(area[1], 0.99 * face / 2);  // vertices of B within the face of A and on its edge, with their shares beyond it
     EXPECT_LT(area[1], std::pow(0.5625, D - 1) / 2 + 1e-14);
-    EXPECT_TRUE(points_of(Simulation<D>(build(blocks<D>(0.1, {})))).empty());
+    EXPECT_TRUE(points_of(Simulation<D>(build(blocks<D>(0.1, {.on_faces = on_faces})))).empty());
 }
-TEST(ContactPoints, HaveTheGapAndTheAreaOfBothSidesIn2D) { check_points<2>(); }
-TEST(ContactPoints, HaveTheGapAndTheAreaOfBothSidesIn3D) { check_points<3>(); }
+TEST(ContactPoints, HaveTheGapAndTheAreaOfBothSidesIn2D) { check_points<2>(false); }
+TEST(ContactPoints, HaveTheGapAndTheAreaOfBothSidesIn3D) { check_points<3>(false); }
+TEST(ContactPoints, OfFacesHaveTheGapAndTheAreaOfBothSidesIn2D) { check_points<2>(true); }
+TEST(ContactPoints, OfFacesHaveTheGapAndTheAreaOfBothSidesIn3D) { check_points<3>(true); }
 
 /// A quarter of a ring: the ends of its outline lie in planes of symmetry, until a stage has none. A plane between nodes is not held.
 TEST(ContactPoints, EndInPlanesOfSymmetry)
@@ -180,9 +182,9 @@ TEST(ContactPoints, EndInPlanesOfSymmetry)
 }
 
 /// Two rings that fit exactly, with unlike numbers of faces: on flat faces gaps would be as large as the sagitta of a face.
-TEST(ContactPoints, LieOnCurvedFaces)
+void check_rings(bool on_faces, std::size_t count)
 {
-    CaseSpec<2> spec = blocks<2>(0.0, {});
+    CaseSpec<2> spec = blocks<2>(0.0, {.on_faces = on_faces});
     const Tube<2> inner{.center = {0.5, 0.5}, .inner = 0.15, .outer = 0.3},
         outer{.center = {0.5, 0.5}, .inner = 0.3, .outer = 0.45};
     spec.bodies[0].shape = TubeShape<2>{.tube = inner, .is_polar = true, .radial = 2, .angular = 20};
@@ -190,13 +192,18 @@ TEST(ContactPoints, LieOnCurvedFaces)
     const Simulation<2> sim(build(spec));
     const double sagitta = 0.3 * (1 - std::cos(std::numbers::pi / 28));
     const auto points    = points_of(sim);
-    EXPECT_EQ(points.size(), 48u);
+    EXPECT_EQ(points.size(), count);
+    double area = 0;
     for (const ContactPoint<2>& q : points) {
         const Vec<2> out = unit(q.x - Vec<2>{0.5, 0.5});
         EXPECT_LT(std::fabs(q.gap), 0.02 * sagitta);
         EXPECT_NEAR(dot(q.normal, out), q.key.side == 0 ? -1.0 : 1.0, 1e-4);
+        area += q.area;
     }
+    EXPECT_NEAR(area / (2 * std::numbers::pi * 0.3), 1, on_faces ? 2e-4 : 5e-3);  // chords are shorter
 }
+TEST(ContactPoints, LieOnCurvedFaces) { check_rings(false, 48); }
+TEST(ContactPoints, OfFacesLieOnCurvedFaces) { check_rings(true, 96); }
 
 /// Blocks of one width between planes of symmetry: all points of the interface are alike, so that one sweep solves the contact.
 /// B hits A with velocity v.
@@ -229,13 +236,13 @@ Contacts<D> after_a_step(const CaseSpec<D>& spec, double shift = 0.0)
 }
 
 template <int D>
-void check_sweep()
+void check_sweep(bool on_faces)
 {
     constexpr double v = 0.1, slip = 0.05, dt = 1e-4;
     Vec<D> u{};
     u[0]                     = -v;
     u[D - 1]                 = slip;
-    const Contacts<D> sticks = after_a_step(column<D>(u, {.type = ContactType::no_slip}));
+    const Contacts<D> sticks = after_a_step(column<D>(u, {.type = ContactType::no_slip, .on_faces = on_faces}));
     ASSERT_GT(sticks.points.size(), 8u);
     const double p = sticks.points[0].p;
     Vec<D> impulse{};
@@ -250,14 +257,14 @@ void check_sweep()
     EXPECT_GT(impulse[D - 1], 0);
 
     // Coulomb's law holds for the normal impulse of the same sweep.
-    for (const ContactPoint<D>& q : after_a_step(column<D>(u, {.friction = 0.2})).points) {
+    for (const ContactPoint<D>& q : after_a_step(column<D>(u, {.friction = 0.2, .on_faces = on_faces})).points) {
         EXPECT_NEAR(q.p, p, 1e-12 * p);
         EXPECT_NEAR(norm(q.t), 0.2 * q.p, 1e-12 * p);
         EXPECT_GT(norm(q.slip), 0.1 * slip);
         EXPECT_FALSE(q.sticks);
     }
     // Adhesion is a shear stress that needs no pressure.
-    const Contacts<D> adheres = after_a_step(column<D>(u, {.adhesion = 100.0}));
+    const Contacts<D> adheres = after_a_step(column<D>(u, {.adhesion = 100.0, .on_faces = on_faces}));
     for (const ContactPoint<D>& q : adheres.points) EXPECT_NEAR(norm(q.t), 100.0 * adheres.dt, 1e-12 * p);
     // A gap may close within the step, no more.
     for (const ContactPoint<D>& q : after_a_step(column<D>(u, {.type = ContactType::frictionless}), 0.5 * v * dt).points) {
@@ -271,14 +278,16 @@ void check_sweep()
     for (const ContactPoint<D>& q : after_a_step(rest, -overlap).points)
         EXPECT_NEAR(q.p, p * rate * overlap / v, 1e-3 * p * rate * overlap / v);
 }
-TEST(ContactImpulses, SolveAnEvenInterfaceInOneSweepIn2D) { check_sweep<2>(); }
-TEST(ContactImpulses, SolveAnEvenInterfaceInOneSweepIn3D) { check_sweep<3>(); }
+TEST(ContactImpulses, SolveAnEvenInterfaceInOneSweepIn2D) { check_sweep<2>(false); }
+TEST(ContactImpulses, SolveAnEvenInterfaceInOneSweepIn3D) { check_sweep<3>(false); }
+TEST(ContactImpulses, OnFacesSolveAnEvenInterfaceInOneSweepIn2D) { check_sweep<2>(true); }
+TEST(ContactImpulses, OnFacesSolveAnEvenInterfaceInOneSweepIn3D) { check_sweep<3>(true); }
 
 /// Momentum to round-off, in every method with faces, for blocks that meet askew and rub.
 template <int D>
-void check_momentum(const MethodSpec& method)
+void check_momentum(const MethodSpec& method, bool on_faces)
 {
-    CaseSpec<D> spec = blocks<D>(0.0, {.friction = 0.3, .sweeps = 2});
+    CaseSpec<D> spec = blocks<D>(0.0, {.friction = 0.3, .sweeps = 2, .on_faces = on_faces});
     spec.method      = method;
     for (int a = 0; a < D; ++a) spec.bodies[1].velocity[a] = Field(a == 0 ? -1.0 : 0.4);
     Simulation<D> sim(build(spec));
@@ -306,8 +315,15 @@ std::vector<MethodSpec> with_faces()
         if (keeps_momentum(m) && (m.domain == Domain::parallelepiped || has_cells(m))) r.push_back(m);
     return r;
 }
-TEST(ContactImpulses, KeepMomentumIn2D) { test::for_each_spec(with_faces(), check_momentum<2>); }
-TEST(ContactImpulses, KeepMomentumIn3D) { test::for_each_spec(with_faces(), check_momentum<3>); }
+template <int D>
+void check_momentum_of_all(bool on_faces)
+{
+    test::for_each_spec(with_faces(), [&](const MethodSpec& m) { check_momentum<D>(m, on_faces); });
+}
+TEST(ContactImpulses, KeepMomentumIn2D) { check_momentum_of_all<2>(false); }
+TEST(ContactImpulses, KeepMomentumIn3D) { check_momentum_of_all<3>(false); }
+TEST(ContactImpulses, OnFacesKeepMomentumIn2D) { check_momentum_of_all<2>(true); }
+TEST(ContactImpulses, OnFacesKeepMomentumIn3D) { check_momentum_of_all<3>(true); }
 
 /// The place of body 0 and its velocity in the mean.
 template <int D>
@@ -351,8 +367,8 @@ TEST(ContactImpulses, HoldABlockOnASlope)
 /// Tied halves move like one block under tension; halves that do not slip part.
 TEST(ContactImpulses, HoldTiedBodiesTogether)
 {
-    auto run = [](ContactType type) {
-        CaseSpec<2> spec           = column<2>({}, {.type = type});
+    auto run = [](ContactType type, bool on_faces) {
+        CaseSpec<2> spec           = column<2>({}, {.type = type, .on_faces = on_faces});
         spec.materials[1]          = spec.materials[0];
         spec.bodies[0].velocity[0] = Field(-0.02);
         spec.bodies[1].velocity[0] = Field(0.02);
@@ -368,8 +384,10 @@ TEST(ContactImpulses, HoldTiedBodiesTogether)
         }
         return first - last - 0.0625;
     };
-    EXPECT_LT(std::fabs(run(ContactType::tied)), 1e-3);
-    EXPECT_GT(run(ContactType::no_slip), 0.9 * 0.04 * 0.05);
+    for (const bool on_faces : {false, true}) {
+        EXPECT_LT(std::fabs(run(ContactType::tied, on_faces)), 1e-3);
+        EXPECT_GT(run(ContactType::no_slip, on_faces), 0.9 * 0.04 * 0.05);
+    }
 }
 
 }  // namespace

@@ -371,6 +371,7 @@ rotation = [0, 5, 0]
             (half_space("radius = 3\n"), 'obstacle[0].radius: has no meaning for the shape "half-space"; remove it'),
             ('[[obstacle]]\nshape = "ball"\ncenter = [0, 0, 0]\n', "obstacle[0].radius: is missing"),
             (half_space("speed = 3\n"), 'obstacle[0].speed'),
+            (half_space('points = "face"\n'), 'obstacle[0].points: must be one of vertices, faces (got "face"). Did you mean "faces"?'),
             ('[[obstacle]]\nshape = "half-space"\npoint = [0, 0, 0.31]\nnormal = [0, 0, 0]\n', "obstacle[0].normal: must not be zero"),
             (half_space('velocity = ["x", 0, 0]\n'), "must be a function of t alone: an obstacle is rigid"),
             (half_space("rotation = 3\n"), "obstacle[0].rotation: must be three numbers"),
@@ -409,3 +410,6 @@ rotation = [0, 5, 0]
                 done = ordo("run", "case.toml", "--output", "run", cwd=self.dir)
                 self.assertEqual(done.returncode, 2, done.stderr)
                 self.assertIn("obstacle[0].shape: " + says, done.stderr)
+        self.write("case.toml", block(FLOOR + 'points = "faces"\n', method=POINTS))
+        done = ordo("run", "case.toml", "--output", "run", cwd=self.dir)
+        self.assertIn('obstacle[0].points: "faces" needs bodies with faces', done.stderr)

@@ -280,7 +280,7 @@ TEST(CurvedFace, FindsTheNearestPoint)
     test::Random random(11);
     const Surface<2> circle(ring(angles(12, 0.2)));
     const Surface<3> sphere(shell(3, 0.2));
-    auto check = [&](const auto& face, auto place, int count) {
+    auto check = [&]<int D>(const CurvedFace<D>& face, const Vec<D - 1>& place, int count) {
         const auto y      = face.point(place);
         const auto normal = face.foot(y).normal;
         for (const double gap : {-0.05, 0.0, 1e-6, 0.1}) {
@@ -290,7 +290,7 @@ TEST(CurvedFace, FindsTheNearestPoint)
             EXPECT_NEAR(norm(foot.normal), 1.0, 1e-15);
             EXPECT_TRUE(foot.is_inside);
             std::remove_const_t<std::remove_reference_t<decltype(foot.weight)>> weights{};
-            face.weights(place, weights);
+            face_weights<D>(count, place, weights);
             for (int c = 0; c < count; ++c) EXPECT_NEAR(foot.weight[c], weights[c], 1e-11);
         }
     };
