@@ -80,7 +80,7 @@ class PlacedSurface {
         const Vec<D> area = point.part * t.area();
         return {curved.first() + t.point, unit(area), norm(area)};
     }
-    /// f(key, x, normal, area, to) for the Gauss points of all faces that may be near: is_near(x) is asked at places on their planes.
+    /// f(key, sample, to) for the Gauss points of all faces that may be near: is_near(x) is asked at their places on flat faces.
     template <class IsNear, class F>
     std::vector<ContactPoint<D>> in_faces(int pair, int side, const IsNear& is_near, const F& f)
     {
@@ -122,11 +122,19 @@ class PlacedSurface {
 template <int D>
 class PointFinder {
   public:
-    PointFinder(PlacedSurface<D>& slave, PlacedSurface<D>& master, double reach, const Vec<D>& period = {})
-        : placed_(slave), slave_(slave.outline()), x_(slave.x()), near_(master.extent().widened(reach))
+    /// `on_faces`: at Gauss points of the faces, else at the vertices.
+    PointFinder(PlacedSurface<D>& slave, PlacedSurface<D>& master, bool on_faces, double reach, const Vec<D>& period = {})
+        : placed_(slave), slave_(slave.outline()), x_(slave.x()), on_faces_(on_faces), near_(master.extent().widened(reach))
     {
-        Extent<D> within;  // of the vertices that are looked for
+        Extent<D> within;  // of the points that are looked for
         for (const Vec<D>& shift : shifts_between(slave.extent(), master.extent(), reach, period)) {
+            if (on_faces) {  // which may be larger than what they meet
+                const Extent<D> both = near_.common_with(slave.extent().moved(shift).widened(reach));
+                within.add(both.low);
+                within.add(both.high);
+                shifts_.push_back(shift);
+                continue;
+            }
             bool is_near = false;
             for (const Vec<D>& x : x_) {
                 if (!near_.has(x + shift)) continue;
@@ -140,11 +148,10 @@ class PointFinder {
         search_.emplace(master.outline(), master.x().data(), master.normals().data(), reach, within);
     }
 
-    /// At the vertices, or at Gauss points of the faces.
-    std::vector<ContactPoint<D>> all(int pair, int side, bool on_faces) const
+    std::vector<ContactPoint<D>> all(int pair, int side) const
     {
         if (shifts_.empty()) return {};
-        if (on_faces) {
+        if (on_faces_) {
             auto may_meet = [&](const Vec<D>& x) {
                 return std::any_of(shifts_.begin(), shifts_.end(), [&](const Vec<D>& shift) { return near_.has(x + shift); });
             };
@@ -207,6 +214,7 @@ class PointFinder {
     PlacedSurface<D>& placed_;
     const Outline<D>& slave_;
     const std::vector<Vec<D>>& x_;
+    bool on_faces_;
     Extent<D> near_;
     std::vector<Vec<D>> shifts_;
     const Normals<D>* normals_ = nullptr;
@@ -543,11 +551,11 @@ std::vector<ContactPoint<D>> find_contact_points(const Model<D>& model, const St
         for (int side = 0; side < 2; ++side) {
             const int own = pair.surface[side], other = pair.surface[1 - side];
             if (vertices[own].empty() || vertices[other].empty()) continue;
-            const PointFinder<D> finder(placed[own], placed[other], reach, period);
+            const PointFinder<D> finder(placed[own], placed[other], pair.on_faces, reach, period);
             auto point = [&](const TiedPoint<D>& tied) {
                 return point_of(tied, pair.on_faces, placed[own], placed[other].normal_of(tied.face), 0.5);
             };
-            add_points(finder.all(number, side, pair.on_faces), pair, side, point, r);
+            add_points(finder.all(number, side), pair, side, point, r);
         }
     }
     keep_anchors(s.contacts.points, r);
@@ -562,9 +570,8 @@ std::vector<TiedPoint<D>> find_tied_points(const ContactPair<D>& pair, int numbe
     for (int side = 0; side < 2; ++side) {
         const int own = pair.surface[side], other = pair.surface[1 - side];
         PlacedSurface<D> slave(surfaces[own].outline, vertices[own]), master(surfaces[other].outline, vertices[other]);
-        const PointFinder<D> finder(slave, master, distance);
-        for (const ContactPoint<D>& one : finder.all(number, side, pair.on_faces))
-            r.push_back({one.key, one.face, one.weight, {}});
+        const PointFinder<D> finder(slave, master, pair.on_faces, distance);
+        for (const ContactPoint<D>& one : finder.all(number, side)) r.push_back({one.key, one.face, one.weight, {}});
     }
     return r;
 }

@@ -39,6 +39,16 @@ struct Extent {
         }
     }
     Extent widened(double by) const { return {low - Vec<D>::filled(by), high + Vec<D>::filled(by)}; }
+    Extent moved(const Vec<D>& by) const { return {low + by, high + by}; }
+    Extent common_with(const Extent& other) const
+    {
+        Extent r;
+        for (int a = 0; a < D; ++a) {
+            r.low[a]  = std::max(low[a], other.low[a]);
+            r.high[a] = std::min(high[a], other.high[a]);
+        }
+        return r;
+    }
     bool has(const Vec<D>& x) const
     {
         for (int a = 0; a < D; ++a)
