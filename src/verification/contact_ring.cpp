@@ -195,7 +195,7 @@ Study press_study(const std::string& method, double stiffness, const std::vector
 Study press_on_faces(const std::string& method, const std::vector<int>& meshes, Study::Length length)
 {
     Study r = press_study(method, 1.0, meshes, length);
-    r.set.push_back({"points", "faces"});
+    r.set.emplace_back("points", "faces");
     r.bars.push_back(value_at_most("pressure_scatter", 16, 1e-3));
     r.bars.push_back(value_at_most("stress_interface", 16, 3e-3));
     return r;
