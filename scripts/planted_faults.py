@@ -471,7 +471,7 @@ FAULTS = [
     fault("contact-normal-of-slave", "the normal is out of the wrong body", "method/contact_points.cpp",
           "r.normal = @found.foot.normal@;", "-1.0 * found.foot.normal", CONTACT_AREAS),
     fault("contact-faces-in-the-middle", "impulses at Gauss points act on all corners of the face alike", "method/contact_step.cpp",
-          "outline.vertices[of][c]), @inside.weight[c]@", "1.0 / outline.faces[of].count", "verify:Quick/Studies.MeetTheirBars/contact_ring"),
+          "outline.vertices[of][c]), @inside.weight[c]@", "1.0 / outline.faces[of].count", "pass:ContactPoints.OfFacesSeeTheVelocitiesAtTheirPlacesIn2D"),
     fault("contact-hasty-push-out", "overlaps are taken back in one step", "method/contact_step.cpp",
           "return @(point.gap > 0 ? kClose : kPushOut) * rate(point) * point.gap@;", "point.gap / dt_", ONE_SWEEP),
     fault("contact-late-friction", "friction follows the normal impulse before the sweep", "method/contact_step.cpp",

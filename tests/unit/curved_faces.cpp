@@ -429,6 +429,7 @@ TEST(FaceSearch, EndsAtTheOutline)
     EXPECT_NEAR(search.nearest({0.5, 1.1}, down)->foot.gap, 0.1, 1e-15);
     EXPECT_NEAR(search.nearest({0.5, 0.95}, down)->foot.gap, -0.05, 1e-15);
     EXPECT_FALSE(search.nearest({0.5, 1.1}, up));
+    EXPECT_FALSE(search.nearest({0.5, 1.1}, unit(Vec<2>{1, -0.2})));
     EXPECT_FALSE(search.nearest({0.5, 1.21}, down));
     EXPECT_FALSE(search.nearest({1.01, 1.1}, down));
     EXPECT_FALSE(search.nearest({7, 7}, down));
