@@ -85,20 +85,24 @@ struct BoundaryInput : Located {
     std::size_t count() const { return std::max<std::size_t>(face.size(), 1); }
 };
 
-struct ContactInput : Located {
-    std::string name;  ///< of its columns
-    std::vector<std::string> bodies;
+/// How surfaces act on each other.
+struct ContactLawInput {
     std::string type = "frictional";
     std::optional<double> friction, adhesion;
     int sweeps         = 1;
     std::string points = "vertices";
 };
 
+struct ContactInput : Located, ContactLawInput {
+    std::string name;  ///< of its columns
+    std::vector<std::string> bodies;
+};
+
 /// Whether a list of bodies says all of them.
 bool is_of_all(const std::vector<std::string>& bodies);
 
 /// A rigid solid that bodies meet.
-struct ObstacleInput : ShapeInput {
+struct ObstacleInput : ShapeInput, ContactLawInput {
     std::string name;  ///< of its columns
     std::vector<double> point, normal;
     std::string file;
@@ -107,10 +111,6 @@ struct ObstacleInput : ShapeInput {
     std::optional<double> mass;
     std::vector<std::string> held;
     std::vector<std::string> bodies = {"all"};
-    std::string type                = "frictional";
-    std::optional<double> friction, adhesion;
-    int sweeps         = 1;
-    std::string points = "vertices";
 };
 
 struct OutputInput : Located {

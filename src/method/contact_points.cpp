@@ -315,10 +315,7 @@ class ObstacleFinder {
             return surface.in_faces(
                 pair, 0, [&](const Vec<D>& at) { return nearest(at, nullptr, shifts).has_value(); },
                 [&](const ContactKey& key, const auto& at, auto& to) {
-                    const auto foot = nearest(at.x, &at.normal, shifts);
-                    if (!foot) return;
-                    to.push_back(point_at(key, at.x, *foot));
-                    to.back().area = at.area;
+                    if (const auto foot = nearest(at.x, &at.normal, shifts)) to.push_back(point_at(key, at.x, at.area, *foot));
                 });
         std::vector<char> near(x.size());
         parallel_for_each(static_cast<std::ptrdiff_t>(x.size()),
@@ -353,21 +350,21 @@ class ObstacleFinder {
                 const auto foot = nearest(p.x[i], nullptr, shifts, more);
                 if (!foot) return;
                 const double size = std::pow(p.V[i], 1.0 / D);
-                to.push_back(point_at({pair, 0, p.id[i], 0}, p.x[i], *foot));
+                to.push_back(point_at({pair, 0, p.id[i], 0}, p.x[i], std::pow(size, D - 1), *foot));
                 to.back().gap -= size / 2;
-                to.back().area = std::pow(size, D - 1);
             });
         std::sort(r.begin(), r.end(), [](const auto& a, const auto& b) { return a.key < b.key; });
         return r;
     }
 
   private:
-    static ContactPoint<D> point_at(const ContactKey& key, const Vec<D>& x, const Clearance<D>& foot)
+    static ContactPoint<D> point_at(const ContactKey& key, const Vec<D>& x, double area, const Clearance<D>& foot)
     {
         ContactPoint<D> r{.key = key, .face = -1, .weight = {}};
         r.x      = x;
         r.normal = foot.normal;
         r.gap    = foot.gap;
+        r.area   = area;
         return r;
     }
     std::vector<Vec<D>> shifts_of(const Extent<D>& extent, double more = 0.0) const
@@ -409,8 +406,7 @@ class ObstacleFinder {
                 old->area += share;
                 continue;
             }
-            to.push_back(point_at(key, x[key.of], *foot));
-            to.back().area = share;
+            to.push_back(point_at(key, x[key.of], share, *foot));
             ++key.ordinal;
         }
     }

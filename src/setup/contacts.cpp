@@ -133,18 +133,11 @@ void set_up_contacts(const CaseSpec<D>& spec, Model<D>& model)
                     fail(k, "bodies",
                          fmt::format("bodies \"{}\" and \"{}\" are in an earlier contact already; each pair has one",
                                      spec.bodies[one].name, spec.bodies[other].name));
-                ContactPair<D> pair{.surface  = {one, other},
-                                    .type     = c.type,
-                                    .friction = c.friction,
-                                    .adhesion = c.adhesion,
-                                    .sweeps   = c.sweeps,
-                                    .on_faces = c.on_faces,
-                                    .name     = c.name.empty() ? fmt::format("contact_{}", k) : c.name,
-                                    .body     = one};
+                ContactPair<D> pair = pair_of(spec, c, one, other);
+                pair.surface        = {one, other};
+                pair.name           = c.name.empty() ? fmt::format("contact_{}", k) : c.name;
                 if (bodies.size() > 2)
                     pair.name += fmt::format("_{}_{}", plain(spec.bodies[one].name), plain(spec.bodies[other].name));
-                for (const int b : {one, other})
-                    pair.wave_speed = std::max(pair.wave_speed, spec.materials[spec.bodies[b].material].wave_speed());
                 model.contacts.push_back(std::move(pair));
             }
         }
@@ -152,6 +145,16 @@ void set_up_contacts(const CaseSpec<D>& spec, Model<D>& model)
     // Bodies without contact share the first field; without any of them it is that of the first body in contact.
     int field = std::find(is_in.begin(), is_in.end(), false) == is_in.end() ? 0 : 1;
     for (std::size_t b = 0; b < count; ++b) model.field_of_body.push_back(is_in[b] ? field++ : 0);
+}
+
+template <int D>
+ContactPair<D> pair_of(const CaseSpec<D>& spec, const ContactSpec& c, int body, int other)
+{
+    ContactPair<D> r{
+        .type = c.type, .friction = c.friction, .adhesion = c.adhesion, .sweeps = c.sweeps, .on_faces = c.on_faces, .body = body};
+    for (const int b : {body, other})
+        if (b >= 0) r.wave_speed = std::max(r.wave_speed, spec.materials[spec.bodies[b].material].wave_speed());
+    return r;
 }
 
 template <int D>
@@ -199,10 +202,11 @@ void find_surfaces(const std::vector<CellMesh<D>>& meshes, const std::vector<int
     }
 }
 
-#define ORDO_CONTACTS(D)                                                     \
-    template void require_faces(const CaseSpec<D>&, int, Part, std::size_t); \
-    template void set_up_contacts(const CaseSpec<D>&, Model<D>&);            \
-    template bool is_in_contact(const Model<D>&, int);                       \
+#define ORDO_CONTACTS(D)                                                               \
+    template void require_faces(const CaseSpec<D>&, int, Part, std::size_t);           \
+    template void set_up_contacts(const CaseSpec<D>&, Model<D>&);                      \
+    template ContactPair<D> pair_of(const CaseSpec<D>&, const ContactSpec&, int, int); \
+    template bool is_in_contact(const Model<D>&, int);                                 \
     template void find_surfaces(const std::vector<CellMesh<D>>&, const std::vector<int>&, const Particles<D>&, Model<D>&);
 ORDO_CONTACTS(1)
 ORDO_CONTACTS(2)

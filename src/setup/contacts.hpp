@@ -25,6 +25,10 @@ void require_law(const ContactSpec& contact, Part part, std::size_t k, std::size
 /// The bodies of a contact, ascending.
 std::vector<int> bodies_of(const ContactSpec& contact, std::size_t count);
 
+/// A contact by its law, without surfaces, of `body` with another one or, where that is negative, with an obstacle.
+template <int D>
+ContactPair<D> pair_of(const CaseSpec<D>& spec, const ContactSpec& contact, int body, int other);
+
 /// Whether a body is in a contact, so that its outer faces are needed.
 template <int D>
 bool is_in_contact(const Model<D>& model, int body);

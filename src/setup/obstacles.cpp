@@ -123,16 +123,11 @@ void set_up_obstacles(const CaseSpec<D>& spec, Model<D>& model)
         model.obstacles.push_back(obstacle_of(one, k, model));
         for (const int b : bodies_of(c, count)) {
             if (has_faces(spec.method)) require_faces(spec, b, Part::obstacle, k);
-            model.contacts.push_back({.surface    = {has_faces(spec.method) ? b : -1, -1},
-                                      .type       = c.type,
-                                      .friction   = c.friction,
-                                      .adhesion   = c.adhesion,
-                                      .sweeps     = c.sweeps,
-                                      .on_faces   = c.on_faces,
-                                      .wave_speed = spec.materials[spec.bodies[b].material].wave_speed(),
-                                      .name       = model.obstacles.back().name,
-                                      .obstacle   = static_cast<int>(k),
-                                      .body       = b});
+            ContactPair<D> pair = pair_of(spec, c, b, -1);
+            pair.surface        = {has_faces(spec.method) ? b : -1, -1};
+            pair.name           = model.obstacles.back().name;
+            pair.obstacle       = static_cast<int>(k);
+            model.contacts.push_back(std::move(pair));
         }
     }
 }
