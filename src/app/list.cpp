@@ -40,7 +40,8 @@ void list_methods()
     });
     fmt::print("\nNumbers (method.NAME)\n");
     for (const Setting& s : settings())
-        fmt::print("  {:<20} {} ({} to {}, default {})\n", s.name, s.what, s.min, s.max, any.*s.value);
+        fmt::print("  {:<20} {} ({} to {}, default {})\n", s.name, s.what, s.min, s.max,
+                   s.default_text.empty() ? fmt::format("{}", any.*s.value) : s.default_text);
     fmt::print("\nBases and domains that go together (x)\n  {:<16}", "");
     for (const auto& d : Axis<Domain>::choices) fmt::print("{:<16}", d.name);
     fmt::print("\n");

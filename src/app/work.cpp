@@ -215,29 +215,24 @@ class Counter {
         }
         if (!has_velocities && (method_.mass == MassMatrix::lumped || s_.field.constraints.has_prescribed())) find_velocities();
         kick();
-        switch (method_.scheme) {
-        case TimeScheme::usf:
+        if (method_.scheme == TimeScheme::usf) {
             keep();
             gather(kVelocity);
             if (passes_.move) gather(kMove);
-            break;
-        case TimeScheme::usl:
+        } else if (strains_by_advanced(method_)) {
             if (!stores_gradient(method_)) keep();
             find_gradients();
             gather(kVelocity | kStress | kMove);
-            break;
-        case TimeScheme::musl:
+        } else if (projects_again(method_)) {  // Runge-Kutta schemes: see count_spline_work
             gather(kVelocity);
             keep();
             clear();
             find_momenta();
             find_velocities();
+            if (strain_velocity_of(method_) > 0) blend();
             find_gradients();
             gather(kStress);
             if (passes_.move) gather(kMove);
-            break;
-        case TimeScheme::rk3:
-        case TimeScheme::rk4: break;  // see count_spline_work
         }
         move_corners();
         solve_mass(mass_solves, mass_iterations);
@@ -274,6 +269,8 @@ class Counter {
     // Passes over nodes: active nodes are read, those with mass are changed.
     void clear() { add(Stage::nodes, 0, kRecord * active_); }
     void copy() { add(Stage::nodes, 0, 2 * kRecord * active_); }
+    /// Two products and a sum.
+    void blend() { add(Stage::nodes, 3 * kLanes * active_, 3 * kRecord * active_); }
     /// 1/m, and its product with the lanes.
     void lumped_velocities() { add(Stage::nodes, (1 + kLanes) * massive_, kRecord * (active_ + massive_)); }
     /// dt/m, dt a = (dt/m) f + dt g, its difference from f, and the sum with the lanes.

@@ -21,7 +21,7 @@ namespace ordo::io {
 
 namespace {
 
-constexpr int kFormat             = 8;    ///< of the file; raise it with every change of its content
+constexpr int kFormat             = 9;    ///< of the file; raise it with every change of its content
 constexpr std::size_t kHead       = 512;  ///< bytes of text before HDF5 begins (HDF5's user block)
 constexpr std::string_view kFirst = "ordo checkpoint\n";
 
@@ -199,6 +199,15 @@ void for_each_number(State<D>& s, F&& f)
     f("kinetic_energy", s.kinetic_energy);
     f("body_force_work", s.account.body_force_work);
     f("damped_energy", s.account.damped);
+    f("filtered_energy", s.account.filtered);
+    f("nodal_kinetic_energy", s.account.nodal_kinetic);
+    f("start_kinetic", s.account.start.kinetic);
+    f("start_stored", s.account.start.stored);
+    f("start_potential", s.account.start.potential);
+    f("nodal_work_stresses", s.account.nodes.stresses);
+    f("nodal_work_loads", s.account.nodes.loads);
+    f("nodal_work_gravity", s.account.nodes.gravity);
+    f("nodal_work_constraints", s.account.nodes.constraints);
     f("stage_energy", s.account.staged);
     f("residual", s.residual);
     for (std::size_t k = 0; k < s.account.boundaries.size(); ++k)

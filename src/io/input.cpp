@@ -67,7 +67,9 @@ const Section<MethodInput>& method_section()
         for (const Setting& number : settings())
             r.keys.push_back({&MethodInput::numbers, {.name = std::string(number.name),
                 .what = std::string(number.what),
-                .default_text = number.is_integer ? "of the preset" : fmt::format("{}", MethodSpec{}.*number.value),
+                .default_text = number.is_integer ? "of the preset"
+                    : number.default_text.empty() ? fmt::format("{}", MethodSpec{}.*number.value)
+                                                  : std::string(number.default_text),
                 .min = number.min, .max = number.max}});
         return r;
     }();
@@ -810,7 +812,9 @@ MethodSpec resolve_method(MethodInput& in)
         if (!name.empty()) spec.*axis = parse_choice<E>(name);
         name = name_of(spec.*axis);
     });
+    if (updates_stress_last(spec) && spec.strain_velocity < 0) spec.strain_velocity = strain_velocity_of(spec);
     for (const Setting& s : settings()) {
+        if (!in.has(std::string(s.name)) && spec.*s.value < s.min) continue;  // the method has none
         double& number = in.numbers.try_emplace(std::string(s.name), spec.*s.value).first->second;
         spec.*s.value  = number;
         if (s.is_integer && number != std::floor(number))

@@ -2,6 +2,7 @@
 
 #include "io/build.hpp"
 #include "method/diagnostics.hpp"
+#include "method/energy_account.hpp"
 #include "method/grid_sample.hpp"
 #include "ordo_version.hpp"
 #include "sim/simulation.hpp"
@@ -106,7 +107,8 @@ void Writer<D>::start_files()
                  "projection_momentum_z_before,projection_momentum_x_after,projection_momentum_y_after,"
                  "projection_momentum_z_after,dropped_pivots,fallback_nodes,boundary_work,traction_work,body_force_work,"
                  "artificial_viscosity_work,"
-                 "damped_energy" +
+                 "damped_energy,nodal_kinetic_energy,unresolved_kinetic_energy,stress_update_energy,projection_energy,"
+                 "filter_energy,half_step_energy" +
                      exchanges);
     make_probes();
     for (std::size_t k = 0; k < probes_.size(); ++k) {
@@ -226,7 +228,10 @@ void Writer<D>::row(State<D>& s)
     const Totals e            = totals(model_, s.particles);
     const ProjectionReport& p = s.projection;
     const Account& a          = s.account;
-    std::string exchanges     = input_.stages.empty() ? "" : fmt::format(",{},{}", s.stage, a.staged);
+    const SchemeEnergy scheme = scheme_energy(model_, s);
+    std::string exchanges     = fmt::format(",{},{},{},{},{},{}", a.nodal_kinetic, e.kinetic_energy - a.nodal_kinetic,
+                                            scheme.stress_update, scheme.projection, scheme.filter, scheme.half_step);
+    if (!input_.stages.empty()) exchanges += fmt::format(",{},{}", s.stage, a.staged);
     for (const Exchanging& one : exchanging_) {
         const Exchange& x = (one.is_traction ? a.tractions : a.boundaries)[static_cast<std::size_t>(one.number)];
         exchanges += fmt::format("{},{}", values(x.force), x.work);

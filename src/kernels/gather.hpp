@@ -113,6 +113,15 @@ ORDO_FLAT inline void report_lanes(const Lanes& sound, const Batch& b, TileRepor
         if (!(sound[k] >= 0)) report.flag(fault(k), b.first + k);
 }
 
+/// The kinetic energy that goes with a change of velocities from `before` to `after`, J; zero in spare lanes.
+template <int D>
+ORDO_FLAT inline Lanes taken(const Lanes& m, const Vec<D, Lanes>& before, const Vec<D, Lanes>& after, const Batch& b)
+{
+    Lanes r = 0.5 * m * (dot(before, before) - dot(after, after));
+    for (int k = b.count; k < Batch::size; ++k) r[k] = 0.0;
+    return r;
+}
+
 /// F and V of a batch from dt L, the displacement gradient of the step with respect to its start. Stresses are updated later,
 /// see stress.hpp.
 template <int D>
@@ -164,7 +173,7 @@ void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
     constexpr bool has_value = (parts & (kUpdateVelocity | kMove)) != 0, has_gradient = (parts & kDeform) != 0;
     const Sweep<D> s  = sweep;  // copies that no store to a particle can alias
     TileReport report = out;
-    Lanes move(report.move), reach(report.reach);
+    Lanes move(report.move), reach(report.reach), kicked(0.0), filtered(0.0);
     for (int first = begin; first < end; first += Batch::size) {
         const Batch b = Batch::of(first, end);
         FromNodes<D> nodes;
@@ -176,7 +185,12 @@ void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
         Vec<D, Lanes> v, dv;
         if constexpr (has_value) nodes.velocities(v, dv);
         if constexpr ((parts & kUpdateVelocity) != 0) {
-            const Vec<D, Lanes> next = Lanes(1 - s.pic) * (load(s.p.v, b) + dv) + Lanes(s.pic) * v;
+            const Vec<D, Lanes> flip = load(s.p.v, b) + dv, next = Lanes(1 - s.pic) * flip + Lanes(s.pic) * v;
+            if (s.sums_energy) {
+                const Lanes m = load(s.p.m, b);
+                kicked += taken(m, dv, Vec<D, Lanes>{}, b);
+                filtered += taken(m, flip, next, b);
+            }
             store(s.p.v, b, next);
             report_lanes(0.0 * dot(next, next), b, report, [](int) { return Fault::not_finite; });
         }
@@ -195,7 +209,9 @@ void gather(const Sweep<S::dim>& sweep, int begin, int end, TileReport& out)
     }
     report.move  = largest(move);
     report.reach = largest(reach);
-    out          = report;
+    report.kicked += sum(kicked);
+    report.filtered += sum(filtered);
+    out = report;
 }
 
 /// Shared corners [begin, end) move with the nodes: x_c += dt sum N_i(x_c) v_i. Their velocities, if they are samples, are

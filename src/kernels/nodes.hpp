@@ -27,10 +27,31 @@ void clear_masses(Lanes* nodes, const Tiles<D>& tiles)
 }
 
 template <int D>
+void clear_increments(Lanes* nodes, const Tiles<D>& tiles)
+{
+    tiles.for_each_node_run([=](std::ptrdiff_t first, std::ptrdiff_t end) {
+        for (std::ptrdiff_t i = first; i < end; ++i) nodes[i] = nodes[i] * make_lanes(1, 1, 1, 1, 0, 0, 0, 1);
+    });
+}
+
+template <int D>
 void copy(Lanes* to, const Lanes* from, const Tiles<D>& tiles)
 {
     tiles.for_each_node_run([=](std::ptrdiff_t first, std::ptrdiff_t end) {
         std::memcpy(static_cast<void*>(to + first), from + first, sizeof(Lanes) * (end - first));
+    });
+}
+
+/// v_i = (1 - part) v_i + part * of_i, the velocities of `of`.
+template <int D>
+void blend_velocities(Lanes* nodes, const Lanes* of, const Tiles<D>& tiles, double part)
+{
+    if (part == 0.0) return;
+    const double rest = 1 - part;
+    tiles.for_each_node_run([=](std::ptrdiff_t first, std::ptrdiff_t end) {
+        for (std::ptrdiff_t i = first; i < end; ++i)
+            nodes[i] =
+                nodes[i] * make_lanes(rest, rest, rest, 1, 1, 1, 1, 1) + of[i] * make_lanes(part, part, part, 0, 0, 0, 0, 0);
     });
 }
 

@@ -18,6 +18,7 @@ struct Sweep {
     double stretch_limit;              ///< of parallelepipeds, cells; 0 means no limit
     bool keeps_gradient    = false;    ///< L_p is stored
     const Lanes* gradients = nullptr;  ///< at the centres of cells, see cell_gradient.hpp; null if not used
+    bool sums_energy       = false;    ///< velocity updates report the energies of the increments
     /// Here a gather stores the displacement gradients of the step for the stress update, from particle `increment_first` on;
     /// null if no law needs them.
     Mat<D>* increments  = nullptr;
@@ -29,10 +30,12 @@ enum class Fault { none, not_finite, inverted, left_grid, domain_turned, domain_
 
 /// What a tile reports on the motion of its particles. Reduced in tile order, so it is the same for any number of threads.
 struct TileReport {
-    double move  = 0.0;   ///< largest displacement of the pass, cells
-    double reach = -1.0;  ///< largest distance from a particle to the edge of its domain, cells; negative: not measured
-    Fault fault  = Fault::none;
-    int particle = -1;  ///< the first particle with the fault
+    double move     = 0.0;   ///< largest displacement of the pass, cells
+    double reach    = -1.0;  ///< largest distance from a particle to the edge of its domain, cells; negative: not measured
+    double kicked   = 0.0;   ///< sum m |dv|^2/2 of the increments, J, if Sweep::sums_energy
+    double filtered = 0.0;   ///< kinetic energy that PIC took, J; the same
+    Fault fault     = Fault::none;
+    int particle    = -1;  ///< the first particle with the fault
 
     ORDO_HD void flag(Fault f, int i)
     {

@@ -69,6 +69,15 @@ Lanes mass_and_momentum(const ParticleView<D>& p)
         [](Lanes& total, const Lanes& one) { total += one; });
 }
 
+/// Of particles with the velocities v, J.
+template <int D>
+double kinetic_energy(const Particles<D>& p, const Vec<D>* v)
+{
+    return parallel_reduce(
+        p.count, 0.0, [&](std::ptrdiff_t i) { return 0.5 * p.m[i] * dot(v[i], v[i]); },
+        [](double& total, double one) { total += one; });
+}
+
 template <int D>
 Totals totals(const Model<D>& model, const Particles<D>& p)
 {

@@ -5,6 +5,7 @@
 #include "method/averaging.hpp"
 #include "method/contact_step.hpp"
 #include "method/diagnostics.hpp"
+#include "method/energy_account.hpp"
 #include "method/enrichment.hpp"
 #include "method/reconstruction.hpp"
 #include "method/wall_contact.hpp"
@@ -13,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace ordo {
 
@@ -70,14 +72,16 @@ void Explicit<D>::take_step(State<D>& s, double dt) const
     const Kick by{{s.t_v + dt_kick, dt}, dt_kick};
 
     Lanes* nodes  = s.field.nodes.data();
-    Lanes* strain = method().scheme == TimeScheme::usl ? nodes : s.field.strain_nodes.data();
+    Lanes* strain = strains_by_advanced(method()) ? nodes : s.field.strain_nodes.data();
 
     find_held_by_bodies(s);
     clear_nodes(s, nodes);
     const bool has_velocities = find_forces(s, nodes, strain, by);  // m_i, (m v)_i or v_i, f_i <- particles
     if (s.projection.is_wanted) report_projection(s, nodes, has_velocities);
+    if (s.account.is_wanted) keep_forces(s, nodes);
     kick(s, nodes, by, has_velocities);  // v_i; a_i = f_i/m_i + g; v_i += dt a_i
     constrain(s, nodes, by, Velocity::advanced);
+    if (s.account.is_wanted) add_kick(s, nodes, by);
     if (keeps_corner_velocity(method())) keep_velocities(s, nodes);
 
     update_particles(s, nodes, strain, dt, by);
@@ -114,30 +118,75 @@ bool Explicit<D>::find_forces(State<D>& s, Lanes* nodes, Lanes* strain, const Ki
 template <int D>
 void Explicit<D>::update_particles(State<D>& s, Lanes* nodes, Lanes* strain, double dt, const Kick& by) const
 {
-    const TimeScheme scheme = method().scheme;
-    if (scheme == TimeScheme::usl && method().averaging == Averaging::none) {
+    const bool is_remapped = projects_again(method()), is_advanced = strains_by_advanced(method());
+    if (is_advanced && method().averaging == Averaging::none) {
         if (passes_.keep && !stores_gradient(method())) gather(s, passes_.keep, nodes, dt);
         find_gradients(s, nodes);
         deform(s, passes_.update_all, nodes, dt);
         return;
     }
-    if (scheme != TimeScheme::musl && passes_.keep && !stores_gradient(method())) gather(s, passes_.keep, nodes, dt);
+    if (!is_remapped && passes_.keep && !stores_gradient(method())) gather(s, passes_.keep, nodes, dt);
     gather(s, passes_.update_velocity, nodes, dt);  // v_p <- a_i
-    if (scheme == TimeScheme::usl) {                // the same in parts, because averages need F of all particles
+    if (is_advanced) {                              // the same in parts, because averages need F of all particles
         find_gradients(s, nodes);
         deform(s, passes_.deform, nodes, dt);
     }
-    if (scheme == TimeScheme::musl) {
+    if (is_remapped) {
         if (passes_.keep) gather(s, passes_.keep, nodes, dt);
         clear_nodes(s, strain);
         find_momenta(s, strain);  // the same nodes again, with the new v_p
         const bool is_coupled = method().mass == MassMatrix::consistent;
         find_velocities(s, strain, {}, is_coupled ? held_by_walls(model(), s, strain, by.when.t) : std::vector<HeldNode<D>>{});
         constrain(s, strain, by, Velocity::remapped);
+        blend_velocities(strain, nodes, s.field.tiles, strain_velocity_of(method()));
         find_gradients(s, strain);
-        deform(s, passes_.deform, strain, dt);  // F_p, sigma_p from the remapped velocity
+        deform(s, passes_.deform, strain, dt);  // F_p, sigma_p from the remapped velocity, blended with the advanced one
     }
     if (passes_.move) gather(s, passes_.move, nodes, dt);
+}
+
+/// Keeps the nodes before a kick, for the account.
+template <int D>
+void Explicit<D>::keep_forces(State<D>& s, const Lanes* nodes) const
+{
+    Stopwatch watch(times(), StageTimes::nodes);
+    make_room(s.forces, s.field.nodes.size());
+    copy(s.forces.data(), nodes, s.field.tiles);
+}
+
+/// Adds a kick to the account.
+template <int D>
+void Explicit<D>::add_kick(State<D>& s, const Lanes* nodes, const Kick& by) const
+{
+    const Lanes* loads = this->has_loads() ? find_load_forces(s, nodes) : nullptr;
+    auto add = [&](const auto& momentum) { ordo::add_kick(s, model().gravity, by.dt, nodes, s.forces.data(), loads, momentum); };
+    if (method().mass == MassMatrix::lumped) return add([&](std::ptrdiff_t i) { return nodes[i] * nodes[i][NodeLane::mass]; });
+    mass_solver_.multiply_solution(s, sweep(s, nullptr, 0.0), nodes);
+    const MassSystem<D>& mass = s.field.mass;
+    add([&](std::ptrdiff_t i) { return mass.q[mass.rows.row(i)]; });
+}
+
+/// The part of nodal forces that is of tractions and body forces.
+template <int D>
+const Lanes* Explicit<D>::find_load_forces(State<D>& s, const Lanes* nodes) const
+{
+    make_room(s.load_nodes, s.field.nodes.size());
+    Lanes* loads = s.load_nodes.data();
+    copy(loads, nodes, s.field.tiles);  // some functions depend on masses and volumes
+    clear_increments(loads, s.field.tiles);
+    const bool is_of_points = method().quadrature == Quadrature::cell || has_gauss_forces(method());
+    Array<Stress<D>>& sigma = is_of_points ? s.points.sigma : s.force_stress;
+    const auto count        = static_cast<std::size_t>(is_of_points ? s.points.sigma.size() : s.particles.count);
+    if (s.no_stress.size() != count) s.no_stress = Array<Stress<D>>(count);
+    std::swap(sigma, s.no_stress);
+    if (is_of_points)
+        scatter_points(s, passes_.force_points, loads, NodeLane::increment, NodeLane::volume);
+    else
+        scatter(s, passes_.force, loads, NodeLane::increment, NodeLane::volume);
+    std::swap(sigma, s.no_stress);
+    if (is_of_points && !model().tractions.empty())
+        scatter(s, passes_.surface_force, loads, NodeLane::increment, NodeLane::volume);
+    return loads;
 }
 
 template <int D>
@@ -163,7 +212,8 @@ Sweep<D> Explicit<D>::sweep(State<D>& s, Lanes* nodes, double dt) const
             pic_fraction(),
             method().stretch_limit,
             stores_gradient(method()),
-            s.gradients.data()};
+            s.gradients.data(),
+            s.account.is_wanted};
 }
 
 template <int D>
@@ -364,24 +414,11 @@ void Explicit<D>::find_gradients(State<D>& s, const Lanes* nodes) const
 template <int D>
 void Explicit<D>::report_projection(State<D>& s, const Lanes* nodes, bool has_velocities) const
 {
-    const ParticleView<D> p = s.particles.view();
-    const auto& blocks      = s.field.tiles.blocks();
-    std::vector<Lanes> partial(blocks.size(), Lanes{});
-    auto sum_of = [&](const Lanes& n) {
-        const double factor = has_velocities ? n[NodeLane::mass] : 1.0;
-        return n * make_lanes(factor, factor, factor, 1, 0, 0, 0, 0);
-    };
-    s.field.tiles.for_each_block([&](std::ptrdiff_t k) {
-        s.field.tiles.nodes_of(blocks[k]).for_each([&](const Index<D>& at) {
-            if (!s.lattice.is_image(at)) partial[k] += sum_of(nodes[blocks[k].first_node + s.lattice.offset(at)]);
-        });
+    const Lanes after = sum_over_nodes(s, Lanes{}, [&](std::ptrdiff_t i) {
+        const double factor = has_velocities ? nodes[i][NodeLane::mass] : 1.0;
+        return nodes[i] * make_lanes(factor, factor, factor, 1, 0, 0, 0, 0);
     });
-    const Lanes* enriched = nodes + s.field.tiles.first_node(s.field.tiles.fields());
-    Lanes after           = parallel_reduce(
-                  p.enriched_count, Lanes{}, [&](std::ptrdiff_t e) { return sum_of(enriched[e]); },
-                  [](Lanes& total, const Lanes& one) { total += one; });
-    for (const Lanes& one : partial) after += one;
-    s.projection.set(mass_and_momentum(p), after);
+    s.projection.set(mass_and_momentum(s.particles.view()), after);
 }
 
 template <int D>
@@ -465,6 +502,8 @@ void Explicit<D>::gather_tiles(State<D>& s, const RunPass& run) const
     for (const TileReport& r : reports) {
         move  = std::max(move, r.move);
         reach = std::max(reach, r.reach);
+        s.account.nodes.stresses += r.kicked;
+        s.account.filtered += r.filtered;
         if (r.fault != Fault::none) s.fault.flag(r.fault, r.particle);
     }
     s.drift += move;

@@ -38,6 +38,9 @@ class Explicit final : public Scheme<D> {
 
     bool find_forces(State<D>& s, Lanes* nodes, Lanes* strain, const Kick& by) const;
     void update_particles(State<D>& s, Lanes* nodes, Lanes* strain, double dt, const Kick& by) const;
+    void keep_forces(State<D>& s, const Lanes* nodes) const;
+    void add_kick(State<D>& s, const Lanes* nodes, const Kick& by) const;
+    const Lanes* find_load_forces(State<D>& s, const Lanes* nodes) const;
     void clear_nodes(State<D>& s, Lanes* nodes) const;
     void find_held_by_bodies(State<D>& s) const;
     double least_mass(State<D>& s, int body) const;

@@ -76,7 +76,7 @@ void arrange_nodes(const Model<D>& model, State<D>& s, const Lattice<D>& lattice
     tiles.add_nodes(enriched);
     if (s.field.nodes.size() != nodes) {
         s.field.nodes = Array<Lanes>(nodes, Pages::own);
-        if (model.method.scheme != TimeScheme::usl) s.field.strain_nodes = Array<Lanes>(nodes, Pages::own);
+        if (!strains_by_advanced(model.method)) s.field.strain_nodes = Array<Lanes>(nodes, Pages::own);
         if (model.method.mass == MassMatrix::consistent) s.field.known = Array<Lanes>(nodes, Pages::own);
     }
     s.lattice           = lattice;

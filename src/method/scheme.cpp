@@ -24,7 +24,7 @@ std::string describe(Fault fault, const MethodSpec& method)
     case Fault::inverted:
         return std::string("its volume ratio J = det F is not positive (the deformation of one step is too large); a smaller "
                            "time step") +
-               (method.scheme == TimeScheme::musl ? "" : ", scheme = \"musl\"") +
+               (projects_again(method) ? "" : ", scheme = \"musl\"") +
                (method.domain == Domain::point ? " or a method with particle domains (cpdi1)" : "") + " may help";
     case Fault::not_finite: return "its state is not a finite number; a smaller time step may help";
     case Fault::left_grid: return "it left the grid; make [grid] size larger or put a [[boundary]] on that face";

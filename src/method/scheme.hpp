@@ -44,6 +44,7 @@ class Scheme {
 
   protected:
     StageTimes* times() const { return times_; }
+    bool has_loads() const { return has_body_force_ || !model_.tractions.empty(); }
     /// Sets body forces and tractions of all particles at time t.
     void evaluate_external_forces(State<D>& s, double t) const;
     /// Adds a step to `t`.

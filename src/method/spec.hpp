@@ -42,6 +42,7 @@ struct MethodSpec {
     Start start                    = Start::leapfrog;
     Averaging averaging            = Averaging::none;
     double degree                  = 1;
+    double strain_velocity         = -1.0;  ///< negative: of the scheme, see strain_velocity_of
     double pic_fraction            = 0.0;
     double a0                      = 0.5;
     double lump_below              = 0.3;
@@ -86,6 +87,18 @@ inline int node_degree(const MethodSpec& s) { return is_spline_fit(s) ? 1 : degr
 inline bool needs_full_grid(const MethodSpec& s) { return is_spline_fit(s); }
 inline bool has_enrichment(const MethodSpec& s) { return s.enrichment != Enrichment::none; }
 inline bool keeps_corner_velocity(const MethodSpec& s) { return s.corner_velocity == CornerVelocity::kept; }
+/// The stress is updated at the end of a step, from velocities at its middle.
+inline bool updates_stress_last(const MethodSpec& s) { return s.scheme == TimeScheme::usl || s.scheme == TimeScheme::musl; }
+/// The part of the advanced velocity in the velocity of the strain, for these schemes; the rest is projected again.
+inline double strain_velocity_of(const MethodSpec& s)
+{
+    if (s.strain_velocity >= 0) return s.strain_velocity;
+    return s.scheme == TimeScheme::usl ? 1.0 : 0.0;
+}
+/// The particles' new velocities are projected for the strain: MUSL and what lies between it and USL.
+inline bool projects_again(const MethodSpec& s) { return updates_stress_last(s) && strain_velocity_of(s) < 1; }
+/// The strain is that of the advanced velocity: USL.
+inline bool strains_by_advanced(const MethodSpec& s) { return updates_stress_last(s) && !projects_again(s); }
 /// Nodal velocities are least-squares fits at the nodes.
 inline bool fits_velocity(const MethodSpec& s) { return s.projection == Projection::mls || s.projection == Projection::imls; }
 /// The width of a weight's support, cells.
@@ -110,7 +123,7 @@ inline bool carries_gradient(const MethodSpec& s)
 /// That matrix is the velocity gradient of the stress update, which stores it.
 inline bool stores_gradient(const MethodSpec& s)
 {
-    return s.scheme == TimeScheme::usl && carries_gradient(s) &&
+    return strains_by_advanced(s) && carries_gradient(s) &&
            (s.projection != Projection::affine || s.gradient == Gradient::affine);
 }
 

@@ -1,6 +1,6 @@
 #include "method/stage.hpp"
 
-#include "method/diagnostics.hpp"
+#include "method/energy_account.hpp"
 #include "method/place.hpp"
 #include "particles/remove.hpp"
 
@@ -17,14 +17,6 @@ template <class T>
 bool contains(const std::vector<T>& all, const T& one)
 {
     return std::find(all.begin(), all.end(), one) != all.end();
-}
-
-/// What stays constant but for external work and damping, J.
-template <int D>
-double energy_of(const Model<D>& model, const Particles<D>& p)
-{
-    const Totals e = totals(model, p);
-    return e.total_energy() + e.potential + e.dissipated + e.artificial;
 }
 
 /// Gives particle i another material at time t. It keeps its Cauchy stress if the new law can have it at the same F, and the columns that
@@ -102,13 +94,15 @@ void remove_bodies(const Stage<D>& stage, const Model<D>& model, State<D>& s)
 template <int D>
 void begin_stage(const Stage<D>& stage, int number, Model<D>& model, State<D>& s)
 {
-    const double before = energy_of(model, s.particles);
+    const EnergyParts before = energy_parts(model, s.particles);
     remove_bodies(stage, model, s);
     put_in_force(stage, model);
     for (const auto& change : stage.materials)
         for (int i = 0; i < s.particles.count; ++i)
             if (s.particles.body[i] == change.body) change_material(model.materials, change.material, s.t, s.particles, i);
-    s.account.staged += before - energy_of(model, s.particles);
+    const EnergyParts added = energy_parts(model, s.particles) - before;
+    s.account.start += added;
+    s.account.staged -= added.all();
     set_clock(stage.start, s);
     s.stage               = number;
     s.kinetic_energy      = 0.0;

@@ -103,9 +103,46 @@ struct ProjectionReport {
     }
 };
 
+/// What forces did on the nodes in the kicks since the start, J, see method/energy_account.hpp.
+struct NodalWork {
+    double stresses = 0.0, loads = 0.0, gravity = 0.0, constraints = 0.0;
+
+    double all() const { return stresses + loads + gravity + constraints; }
+    NodalWork& operator+=(const NodalWork& o)
+    {
+        stresses += o.stresses;
+        loads += o.loads;
+        gravity += o.gravity;
+        constraints += o.constraints;
+        return *this;
+    }
+};
+
+/// Energies of particles, J.
+struct EnergyParts {
+    double kinetic = 0.0, stored = 0.0, potential = 0.0;  ///< stored: heat included; potential: of gravity
+
+    double all() const { return kinetic + stored + potential; }
+    EnergyParts& operator+=(const EnergyParts& o)
+    {
+        kinetic += o.kinetic;
+        stored += o.stored;
+        potential += o.potential;
+        return *this;
+    }
+    friend EnergyParts operator-(const EnergyParts& a, const EnergyParts& b)
+    {
+        return {a.kinetic - b.kinetic, a.stored - b.stored, a.potential - b.potential};
+    }
+};
+
 /// What leaves kinetic and strain energy other than by gravity, and the forces that go with it. Computed if wanted.
 struct Account {
     bool is_wanted = false;
+    EnergyParts start;  ///< energies at the start, and what stages have added to them
+    NodalWork nodes;
+    double nodal_kinetic = 0.0;        ///< kinetic energy of the nodes after the last kick, J
+    double filtered      = 0.0;        ///< kinetic energy that PIC and filters have taken from the particles since the start, J
     std::vector<Exchange> boundaries;  ///< by Condition::boundary and Wall::boundary
     std::vector<Exchange> tractions;
     double body_force_work = 0.0;  ///< taken by body forces since the start, J
@@ -148,6 +185,9 @@ struct State {
     Array<Lanes> gradients;                   ///< see kernels/cell_gradient.hpp
     Array<Lanes> particle_nodes;              ///< sums over particles if `field.nodes` has sums over quadrature points
     std::vector<unsigned char> held_corners;  ///< bit a of enriched corner e: a body's condition holds component a
+    Array<Lanes> forces;                      ///< nodes before the kick, for the account
+    Array<Lanes> load_nodes;                  ///< the part of tractions and body forces, for the account
+    Array<Stress<D>> no_stress;               ///< zeros, the same
     std::vector<double> least_masses;         ///< of the particles of each body with a condition, kg
     Array<Lanes> body_nodes;                  ///< sums over the particles of one body, for conditions of bodies
     Array<Lanes> wall_forces;                 ///< forces without walls, with a consistent mass matrix

@@ -48,15 +48,6 @@ void damp_locally(Particles<D>& p, const std::vector<Array<double>>& before, dou
     });
 }
 
-/// J; the same for any number of threads.
-template <int D>
-double kinetic_energy(const Particles<D>& p)
-{
-    return parallel_reduce(
-        p.count, 0.0, [&](std::ptrdiff_t i) { return 0.5 * p.m[i] * dot(p.v[i], p.v[i]); },
-        [](double& total, double one) { total += one; });
-}
-
 /// The accelerations of a step over those of gravity and body forces, by roots of mean squares over the mass.
 template <int D>
 double unbalanced(const Model<D>& model, const Particles<D>& p, const double* before, double dt)
@@ -115,7 +106,7 @@ void StepDamping<D>::damp(State<D>& s, double dt) const
     const Damping& damping = model_.damping;
     if (damping.type == DampingType::none) return;
     Particles<D>& p   = s.particles;
-    const double now  = kinetic_energy(p);
+    const double now  = kinetic_energy(p, p.v.data());
     const double peak = std::exchange(s.kinetic_energy, now);
     switch (damping.type) {
     case DampingType::none: return;
@@ -126,7 +117,7 @@ void StepDamping<D>::damp(State<D>& s, double dt) const
         change_velocities(p, [](double) { return 0.0; });
         break;
     }
-    s.kinetic_energy = kinetic_energy(p);
+    s.kinetic_energy = kinetic_energy(p, p.v.data());
     s.account.damped += now - s.kinetic_energy;
 }
 

@@ -99,7 +99,8 @@ struct Setting {
     double MethodSpec::*value;
     double min, max;
     std::string_view what;
-    bool is_integer = false;
+    bool is_integer               = false;
+    std::string_view default_text = {};  ///< if the default depends on other choices
 };
 std::span<const Setting> settings();
 

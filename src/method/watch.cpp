@@ -113,7 +113,7 @@ std::string Watch<D>::remedy_for_growth() const
                "(docs/which-method.md), or a smaller time step";
     std::string more;
     if (m.domain == Domain::point) more += " or a method with particle domains (cpdi1)";
-    if (m.scheme != TimeScheme::usl) more += " or scheme = \"usl\"";
+    if (!strains_by_advanced(m)) more += updates_stress_last(m) ? " or strain_velocity = 1" : " or scheme = \"usl\"";
     return "a smaller time step" + more + " may help; a jump in the motion of a boundary or in a force does it too";
 }
 

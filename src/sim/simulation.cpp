@@ -1,5 +1,6 @@
 #include "sim/simulation.hpp"
 
+#include "method/energy_account.hpp"
 #include "setup/schemes.hpp"
 #include "setup/time_step.hpp"
 
@@ -25,8 +26,8 @@ Simulation<D>::Simulation(setup::Built<D> built, const WatchSpec& watch, Warn wa
       notes_(std::move(built.notes))
 {
     if (!warn) warn = [](const std::string&) {};
-    state_.account.is_wanted = true;
     if (!stages_.empty()) state_.account.boundaries.resize(boundary_count(stages_));
+    start_account(scheme_->model(), state_);
     watch_.emplace(scheme_->model(), watch, std::move(warn));
     watch_->start(state_);
 }

@@ -273,6 +273,26 @@ void SplineScheme<D>::add_reactions(State<D>& s, double part) const
         s.account.boundaries[holders_[k].boundary].force[holders_[k].component] += part * (inertia[k] - work.forces[k]);
 }
 
+/// Adds the work of a stage to the account, with its weight times dt: of forces along v_h.
+template <int D>
+void SplineScheme<D>::add_work(State<D>& s, double part) const
+{
+    const SplineScratch<D>& work = *scratch_;
+    const ParticleView<D> p      = s.particles.view();
+    s.account.nodes += parallel_reduce(
+        p.count, NodalWork{},
+        [&](std::ptrdiff_t i) {
+            NodalWork r;
+            for (int a = 0; a < D; ++a) {
+                for (int b = 0; b < D; ++b) r.stresses -= part * p.V[i] * p.sigma[i](a, b) * work.L_at[i](a, b);
+                r.gravity += part * p.m[i] * model().gravity[a] * work.v_at[i][a];
+                if (p.b) r.loads += part * p.m[i] * p.b[i][a] * work.v_at[i][a];
+            }
+            return r;
+        },
+        [](NodalWork& total, const NodalWork& one) { total += one; });
+}
+
 /// Lists the particles of each cell, and evaluates the functions at the particles.
 template <int D>
 void SplineScheme<D>::sort(State<D>& s) const
@@ -458,6 +478,7 @@ void SplineScheme<D>::take_step(State<D>& s, double dt) const
     const RungeKutta scheme = runge_kutta(model().method.scheme);
     SplineScratch<D>& work  = *scratch_;
     const double t          = s.t;
+    double unresolved       = 0.0;  // kinetic energy of the particles that is not in v_h, J
     work.iterations         = {};
     remember(s);
     for (int k = 0; k < scheme.stages; ++k) {
@@ -474,10 +495,16 @@ void SplineScheme<D>::take_step(State<D>& s, double dt) const
             show(s);
             if (s.projection.is_wanted) report(s);
             // Nothing else damps the velocity outside the spline space. The fit stays the same: that of v_h(x_p) is v_h.
+            const double before = s.account.is_wanted ? kinetic_energy(s.particles, work.v0.data()) : 0.0;
             parallel_for_each(s.particles.count,
                               [&](std::ptrdiff_t i) { work.v0[i] -= model().method.null_damping * (work.v0[i] - work.v_at[i]); });
+            if (s.account.is_wanted) {
+                unresolved = kinetic_energy(s.particles, work.v0.data()) - kinetic_energy(s.particles, work.v_at.data());
+                s.account.filtered += before - kinetic_energy(s.particles, work.v0.data());
+            }
         }
         if (s.account.is_wanted) add_reactions(s, scheme.weight[k]);
+        if (s.account.is_wanted) add_work(s, dt * scheme.weight[k]);
         const bool is_last   = k + 1 == scheme.stages;
         const double further = is_last ? 0.0 : dt * scheme.at[k + 1], part = dt * scheme.weight[k];
         const TileReport found = add_slope(s, part, further, is_last);
@@ -485,6 +512,7 @@ void SplineScheme<D>::take_step(State<D>& s, double dt) const
         if (found.fault != Fault::none) break;
         s.move = found.move;
     }
+    if (s.account.is_wanted) s.account.nodal_kinetic = kinetic_energy(s.particles, s.particles.v.data()) - unresolved;
     if (s.fault.fault == Fault::none) s.drift += s.move;
     if (times()) {
         for (const long n : work.iterations) times()->mass_iterations += n;

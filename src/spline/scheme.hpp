@@ -147,6 +147,7 @@ class SplineScheme final : public Scheme<D> {
     void hold_walls();
     void find_holders();
     std::vector<double> of_holders(const Lanes* records) const;
+    void add_work(State<D>& s, double part) const;
     void add_reactions(State<D>& s, double part) const;
     void set_axis(int a);
     void set_colours();

@@ -1,5 +1,6 @@
 // Forces and work of boundaries, tractions and body forces: they are what changes momentum and energy.
 #include "method/diagnostics.hpp"
+#include "method/energy_account.hpp"
 #include "method/tables.hpp"
 #include "setup/build.hpp"
 #include "sim/simulation.hpp"
@@ -167,6 +168,123 @@ TEST(Account, WorkOfTractions)
     EXPECT_NEAR(a.tractions[0].force[0], -99.0 * height, 1e-9);
     EXPECT_NEAR(a.boundary_work(), -a.traction_work(), 0.02 * a.traction_work());  // the boundary drives the block against it
     EXPECT_NEAR(sim.state().particles.x[0][0] - sim.state().particles.X[0][0], way, 1e-12);
+}
+
+/// Of total energy and all that has left it, which is constant.
+template <int D>
+double sum_of_account(const Simulation<D>& sim)
+{
+    const State<D>& s = sim.state();
+    return energy_parts(sim.model(), s.particles).all() + s.account.work() + s.account.damped + s.account.staged +
+           s.contacts.work() + scheme_energy(sim.model(), s).all();
+}
+
+class EnergyAccount : public testing::TestWithParam<std::tuple<std::string, TimeScheme>> {};
+
+/// The projection by mass gives particles the kinetic energy that forces gave the nodes, whatever acts on them.
+TEST_P(EnergyAccount, LosesNothingInTheProjectionByMass)
+{
+    const auto& [preset, scheme] = GetParam();
+    MethodSpec method            = find_preset(preset)->spec;
+    method.scheme                = scheme;
+    setup::CaseSpec<2> spec      = pushed_block(method);
+    if (method.mass == MassMatrix::consistent)
+        std::erase_if(spec.boundaries, [](const auto& b) { return b.type == setup::FaceType::wall; });
+    Simulation<2> sim(setup::build(spec));
+    const double first = sum_of_account(sim);
+    double largest     = first;
+    for (int step = 0; step < 20; ++step) {
+        sim.step();
+        const NodalWork& w = sim.state().account.nodes;
+        for (const double one : {w.stresses, w.loads, w.gravity, w.constraints}) largest = std::max(largest, std::fabs(one));
+        EXPECT_LT(std::fabs(scheme_energy(sim.model(), sim.state()).projection), 1e-10 * largest) << step;
+        EXPECT_LT(std::fabs(sum_of_account(sim) - first), 1e-12 * largest) << step;
+    }
+    for (const double one : {sim.state().account.nodes.loads, sim.state().account.nodes.constraints})
+        EXPECT_GT(std::fabs(one), 0.01);
+}
+
+std::string name_of_account(const testing::TestParamInfo<EnergyAccount::ParamType>& info)
+{
+    return std::get<0>(info.param) + "_" + std::string(name_of(std::get<1>(info.param)));
+}
+
+INSTANTIATE_TEST_SUITE_P(Presets, EnergyAccount,
+                         testing::Combine(testing::Values("mpm", "ugimp", "cpdi1", "cpdi2", "bscpdi2", "bsmpm", "ddmpm"),
+                                          testing::Values(TimeScheme::usf, TimeScheme::usl, TimeScheme::musl)),
+                         name_of_account);
+
+/// A falling block: all that the scheme takes is half a step between velocities and positions. Body forces are the same as gravity.
+TEST(SchemeEnergy, OfFreeFallIsHalfAStep)
+{
+    for (const bool is_body_force : {false, true})
+        for (const char* preset : {"cpdi1", "cpls", "bsmpm", "tls-mpm", "impm", "apic", "fem"}) {
+            SCOPED_TRACE(preset);
+            setup::CaseSpec<2> spec = pushed_block(find_preset(preset)->spec);
+            spec.boundaries.clear();
+            spec.tractions.clear();
+            spec.bodies.pop_back();
+            spec.bodies[0].velocity   = {Field(0.0), Field(0.0)};
+            spec.bodies[0].body_force = {Field(0.0), Field(is_body_force ? -10.0 : 0.0)};
+            spec.gravity              = {0.0, is_body_force ? 0.0 : -10.0};
+            spec.time                 = {.end = 1.0, .dt = 1e-3};
+            Simulation<2> sim(setup::build(spec));
+            for (int step = 0; step < 15; ++step) sim.step();
+            const State<2>& s = sim.state();
+            const double mass = totals(sim.model(), s.particles).mass, half = 50.0 * mass * (s.t * s.t - s.t_v * s.t_v);
+            const SchemeEnergy e = scheme_energy(sim.model(), s);
+            EXPECT_GT(half, 0.1);
+            EXPECT_NEAR(e.half_step, half, 1e-9 * mass);
+            EXPECT_NEAR(e.stress_update, 0.0, 1e-9 * mass);
+            EXPECT_NEAR(e.projection, 0.0, 1e-9 * mass);
+            EXPECT_NEAR(e.filter, 0.0, 1e-9 * mass);
+            EXPECT_NEAR(s.account.nodal_kinetic, totals(sim.model(), s.particles).kinetic_energy, 1e-9 * mass);
+        }
+}
+
+/// A block with waves in it and no forces from outside. Of the stress update, usl takes energy and musl hardly any; the blend lies
+/// between them. Constraints do nothing. What PIC takes in a step is the difference that it makes.
+TEST(SchemeEnergy, SplitsWhatTheSchemeTakes)
+{
+    auto block = [](const MethodSpec& method) {
+        setup::CaseSpec<2> spec = pushed_block(method);
+        spec.gravity            = {};
+        spec.boundaries.clear();
+        spec.tractions.clear();
+        spec.bodies.pop_back();
+        spec.bodies[0].velocity   = {Field([](const FieldPoint& p) { return p.X[0] < 0.5 ? 0.3 : -0.3; }), Field(0.0)};
+        spec.bodies[0].body_force = {Field(0.0), Field(0.0)};
+        return Simulation<2>(setup::build(spec));
+    };
+    auto taken = [&](double part, double pic) {
+        MethodSpec method      = find_preset("cpdi1")->spec;
+        method.strain_velocity = part;
+        method.pic_fraction    = pic;
+        Simulation<2> sim      = block(method);
+        sim.advance(0.2);
+        EXPECT_EQ(sim.state().account.boundaries.size(), 0u);
+        EXPECT_LT(std::fabs(sim.state().account.nodes.constraints), 1e-12 * std::fabs(sim.state().account.nodes.stresses));
+        return scheme_energy(sim.model(), sim.state());
+    };
+    const double start = 0.5 * 360.0 * 0.09;
+    const double musl = taken(0.0, 0.0).stress_update, between = taken(0.3, 0.0).stress_update,
+                 usl = taken(1.0, 0.0).stress_update;
+    EXPECT_LT(std::fabs(musl), 0.05 * start);
+    EXPECT_GT(between, 0.1 * start);
+    EXPECT_GT(usl, between);
+    EXPECT_EQ(taken(0.3, 0.0).filter, 0.0);
+    EXPECT_GT(taken(0.3, 0.01).filter, 0.01 * start);
+
+    MethodSpec method   = find_preset("cpdi1")->spec;
+    Simulation<2> flip  = block(method);
+    method.pic_fraction = 0.4;
+    Simulation<2> pic   = block(method);
+    flip.step();
+    pic.step();
+    const double difference =
+        totals(flip.model(), flip.state().particles).kinetic_energy - totals(pic.model(), pic.state().particles).kinetic_energy;
+    EXPECT_GT(difference, 0.01 * start);
+    EXPECT_NEAR(pic.state().account.filtered, difference, 1e-12 * start);
 }
 
 }  // namespace

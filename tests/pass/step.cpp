@@ -21,7 +21,8 @@ struct LiteralBar {
     int cells;
     std::vector<double> x, v, F, sigma, V0;
 
-    void step(double dt, double dt_prev, TimeScheme scheme)
+    /// `part`: of the advanced velocity in the strain's, for usl and musl.
+    void step(double dt, double dt_prev, TimeScheme scheme, double part)
     {
         const std::size_t n = static_cast<std::size_t>(cells) + 1;
         std::vector<double> m(n), p(n), f(n), a(n), vi(n), vs(n);
@@ -62,11 +63,11 @@ struct LiteralBar {
         a.front() = a.back() = vi.front() = vi.back() = 0;
         for (std::size_t q = 0; q < x.size(); ++q)
             for (std::size_t i = 0; i < n; ++i) v[q] += dt_kick * N(i, x[q]) * a[i];
-        if (scheme == TimeScheme::musl) {
+        if (scheme != TimeScheme::usf) {
             project(vs);
+            for (std::size_t i = 0; i < n; ++i) vs[i] = part * vi[i] + (1 - part) * vs[i];
             stress(vs, dt);
         }
-        if (scheme == TimeScheme::usl) stress(vi, dt);
         std::vector<double> dx(x.size());
         for (std::size_t q = 0; q < x.size(); ++q)
             for (std::size_t i = 0; i < n; ++i) dx[q] += dt * N(i, x[q]) * vi[i];
@@ -74,12 +75,14 @@ struct LiteralBar {
     }
 };
 
-void check_against_literal(TimeScheme scheme, Start start)
+/// `part`: negative: of the scheme.
+void check_against_literal(TimeScheme scheme, Start start, double part = -1)
 {
-    Model<1> model      = test::unit_box<1>(16, Domain::point);
-    model.method.scheme = scheme;
-    model.method.start  = start;
-    model.conditions    = {Condition<1>{.at = 0.0, .value = {}}, Condition<1>{.outer_is_above = true, .at = 1.0, .value = {}}};
+    Model<1> model               = test::unit_box<1>(16, Domain::point);
+    model.method.scheme          = scheme;
+    model.method.start           = start;
+    model.method.strain_velocity = part;
+    model.conditions = {Condition<1>{.at = 0.0, .value = {}}, Condition<1>{.outer_is_above = true, .at = 1.0, .value = {}}};
     const Explicit<1> method(model);
     State<1> s = method.start(plant_all(model, test::block(model, 0.0, 1.0, 2)));
     LiteralBar bar{model.h[0], model.materials[0].mu, model.materials[0].lambda, model.materials[0].density, 16, {}, {}, {}, {},
@@ -97,7 +100,8 @@ void check_against_literal(TimeScheme scheme, Start start)
     for (int k = 0; k < 100; ++k) {
         const double dt = (k % 3 ? 0.3 : 0.2) * courant_time_step(model, s.particles);
         method.step(s, dt);
-        bar.step(dt, k == 0 ? (start == Start::leapfrog ? 0 : dt) : dt_prev, scheme);
+        bar.step(dt, k == 0 ? (start == Start::leapfrog ? 0 : dt) : dt_prev, scheme,
+                 part < 0 ? (scheme == TimeScheme::usl ? 1.0 : 0.0) : part);
         dt_prev = dt;
         t += dt;
     }
@@ -115,6 +119,47 @@ TEST(Step, SchemesEqualTheLiteralBar)
 {
     for (TimeScheme scheme : {TimeScheme::usf, TimeScheme::usl, TimeScheme::musl})
         for (Start start : {Start::leapfrog, Start::plain}) check_against_literal(scheme, start);
+}
+
+/// strain_velocity goes from musl to usl, whichever of them it is given beside.
+TEST(Step, StrainVelocityEqualsTheLiteralBar)
+{
+    for (TimeScheme scheme : {TimeScheme::usl, TimeScheme::musl})
+        for (const double part : {0.0, 0.3, 1.0}) check_against_literal(scheme, Start::leapfrog, part);
+}
+
+/// Every projection and mass matrix takes it: 0 and 1 are musl and usl, with their bits, and 0.4 differs from both.
+TEST(Step, StrainVelocityGoesFromMuslToUsl)
+{
+    std::vector<MethodSpec> specs;
+    for (const Preset& p : presets())
+        if (updates_stress_last(p.spec)) specs.push_back(p.spec);
+    test::for_each_spec(specs, [](const MethodSpec& spec) {
+        auto end_of = [&](TimeScheme scheme, double part) {
+            Model<2> model               = test::unit_box<2>(8, spec);
+            model.method.scheme          = scheme;
+            model.method.strain_velocity = part;
+            const Explicit<2> method(model);
+            State<2> s = method.start(plant_all(model, test::block(model, 0.25, 0.75, 3)));
+            for (int i = 0; i < s.particles.count; ++i)
+                s.particles.v[i] = {0.1 * std::sin(5 * s.particles.x[i][1]), 0.1 * std::sin(7 * s.particles.x[i][0])};
+            for (std::size_t c = 0; c < s.particles.corner_velocity.size(); ++c)
+                s.particles.corner_velocity[c] = {0.1 * std::sin(5 * s.particles.corner[c][1]),
+                                                  0.1 * std::sin(7 * s.particles.corner[c][0])};
+            for (int k = 0; k < 4; ++k) method.step(s, 0.2 * courant_time_step(model, s.particles));
+            std::vector<double> r;
+            for (int i = 0; i < s.particles.count; ++i) r.push_back(s.particles.sigma[i](0, 1));
+            return r;
+        };
+        const auto usl = end_of(TimeScheme::usl, -1), musl = end_of(TimeScheme::musl, -1);
+        EXPECT_EQ(end_of(TimeScheme::musl, 1), usl);
+        EXPECT_EQ(end_of(TimeScheme::usl, 0), musl);
+        const auto between = end_of(TimeScheme::usl, 0.4);
+        EXPECT_EQ(end_of(TimeScheme::musl, 0.4), between);
+        if (usl == musl) return;
+        EXPECT_NE(between, usl);
+        EXPECT_NE(between, musl);
+    });
 }
 
 /// Free fall: v = g (t - dt/2), x = g t^2/2 exactly, for leapfrog is exact for constant acceleration.

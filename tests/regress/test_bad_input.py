@@ -151,6 +151,7 @@ CASE_FAULTS = [
     ("zero end", [("end = 0.01", "end = @0.0")], "time.end", "must be positive"),
     ("negative dt", [("dt = 0.001", "dt = @-0.001")], "time.dt", "must be positive"),
     ("cfl above 1", [("dt = 0.001", "cfl = @1.5")], "time.cfl", "at most 1 (got 1.5)"),
+    ("strain_velocity with usf", ["[method]\nscheme = @'usf'\nstrain_velocity = 0.3\n"], "method.scheme", "use scheme usl or musl"),
     ("pic_fraction above 1", ["[method]\npic_fraction = @2\n"], "method.pic_fraction", "at least 0 and at most 1"),
     ("zero radius", [("radius = 0.25", "radius = @0")], "body[0].radius", "must be positive"),
     ("zero interval", ["[output]\ninterval = @0\n"], "output.interval", "must be positive"),

@@ -64,6 +64,22 @@ TEST(LatticeOperator, IsTheSymbolByHand)
     }
 }
 
+/// With a part p of the advanced velocity, the strain takes C 2 i s (c v + (p + (1 - p) c^2) C 2 i s sigma).
+TEST(LatticeOperator, HasThePartOfTheAdvancedVelocity)
+{
+    for (const double part : {0.0, 0.3, 1.0}) {
+        MethodSpec method      = preset("mpm");
+        method.strain_velocity = part;
+        LatticeOperator<1> op({method, 1, 0.0, 32, 0.0});
+        constexpr double C = 0.6;
+        op.assemble(C);
+        for (const double theta : {0.1, 1.0, 2.5, kPi}) {
+            const double s = std::sin(theta / 2), c = std::cos(theta / 2);
+            EXPECT_LT(std::abs(op.symbol({theta})[3] - (1 - 4 * C * C * s * s * (part + (1 - part) * c * c))), 1e-14) << theta;
+        }
+    }
+}
+
 /// Particles on the nodes leave no projection: the step is the leapfrog of Gong (2015), eqs. 7.13 and 7.14, for which
 /// sin(omega dt/2) = C sin(theta/2) (errata 38), sharp up to C = 1.
 TEST(LatticeOperator, IsGongsSchemeWhereParticlesAreNodes)
@@ -205,6 +221,32 @@ TEST(StableCourantNumber, IsSharp)
                         EXPECT_GT(growth_anywhere(s, (1 + 2e-3) * limit), 1 + 1e-4);
                     }
                 }
+}
+
+/// The same with parts of the advanced velocity between those of musl and usl, which stabilize least squares: 0.2, or 0.1 with two
+/// particles a cell.
+TEST(StableCourantNumber, IsThatOfTheSpectrumBetweenMuslAndUsl)
+{
+    for (const char* name : {"mpm", "cpdi1", "bscpdi2", "cpls", "imls-mpm", "mls-bsmpm", "bsmpm", "apic"})
+        for (const double part : {0.2, 0.3, 0.7}) {
+            MethodSpec s      = preset(name);
+            s.strain_velocity = part;
+            SCOPED_TRACE(std::string(name) + " " + std::to_string(part));
+            ASSERT_EQ(instability_of(s), nullptr);
+            const double limit = stable_courant_number(s, 1);
+            EXPECT_LE(growth_anywhere(s, (1 - 1e-4) * limit), 1 + kGrowthTolerance);
+            if (name == std::string("mpm") && part > 0.5) {
+                EXPECT_GT(growth_anywhere(s, (1 + 2e-3) * limit), 1 + 1e-4);
+            }
+        }
+    for (const auto& [part, is_stable] : {std::pair(0.0, false), std::pair(0.1, true)}) {
+        MethodSpec s      = preset("cpls");
+        s.strain_velocity = part;
+        EXPECT_EQ(instability_of(s) == nullptr, is_stable);
+        LatticeOperator<1> op({s, 2, 0.25, 64, 0.0});
+        op.assemble(0.4);
+        EXPECT_EQ(op.growth(64) <= 1 + kGrowthTolerance, is_stable) << part;
+    }
 }
 
 /// The parts of the change of energy are all of it, and the power balance of the nodes closes, for every preset.
