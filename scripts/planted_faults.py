@@ -432,7 +432,7 @@ FAULTS = [
 
     # time steps and sums
     fault("stable-step-of-full-cells", "the limit of hats and USL is that of full cells", "method/courant.cpp",
-          "limit = @0.7071@;", "1.0", "verify:StableCourantNumber.IsSharp"),
+          "limit = @1 / std::sqrt(std::max(2 * strain_velocity_of(s), 1.0))@;", "1.0", "verify:StableCourantNumber.IsSharp"),
     fault("step-without-speed", "the time step forgets |v|", "method/courant.cpp",
           "speed = @speeds.wave(i) + norm(particles.v[i])@;", "speeds.wave(i)",
           "pass:Step.TimeStepIsThatOfTheFastestParticle"),

@@ -71,9 +71,11 @@ void require_no_loss(const OutputInput& output, Earlier earlier)
     const std::filesystem::path directory(output.directory);
     std::error_code none;
     if (!std::filesystem::is_directory(directory, none)) return;
+    std::vector<std::string> names;  // before the list: a run that goes on names its files before it makes them
+    for (const auto& entry : std::filesystem::directory_iterator(directory, none))
+        names.push_back(entry.path().filename().string());
     const std::set<std::string> own = listed(directory);
-    for (const auto& entry : std::filesystem::directory_iterator(directory, none)) {
-        const std::string name = entry.path().filename().string();
+    for (const std::string& name : names) {
         if (!is_run_file(name) || own.contains(name)) continue;
         if (earlier == Earlier::go_on && step_of_checkpoint(name)) continue;  // brought from elsewhere, to continue from
         output.fail("directory",

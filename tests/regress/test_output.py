@@ -16,7 +16,8 @@ HISTORY = (
     "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy,dissipated_energy,"
     "projection_mass_before,projection_mass_after,projection_momentum_x_before,projection_momentum_y_before,"
     "projection_momentum_z_before,projection_momentum_x_after,projection_momentum_y_after,projection_momentum_z_after,"
-    "dropped_pivots,fallback_nodes,boundary_work,traction_work,body_force_work,artificial_viscosity_work,damped_energy"
+    "dropped_pivots,fallback_nodes,boundary_work,traction_work,body_force_work,artificial_viscosity_work,damped_energy,"
+    "nodal_kinetic_energy,unresolved_kinetic_energy,stress_update_energy,projection_energy,filter_energy,half_step_energy"
 )
 FIELDS = ["displacement", "velocity", "stress", "deformation_gradient", "density", "mass", "volume", "pressure", "von_mises", "energy_density"]
 VERTEX, DOMAINS = 1, {1: 3, 2: 9, 3: 12}  # VTK's line, quad, hexahedron

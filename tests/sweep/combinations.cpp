@@ -274,6 +274,8 @@ TEST(Combinations, ForbiddenOnesSayWhy)
         specs.push_back(p.spec);
         specs.back().quadratic_viscosity = 1.5;
         specs.push_back(p.spec);
+        specs.back().strain_velocity = 0.3;
+        specs.push_back(p.spec);
         specs.back().tls        = Tls::velocity;
         specs.back().quadrature = Quadrature::cell;
         specs.back().mass       = MassMatrix::lumped;
