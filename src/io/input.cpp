@@ -812,7 +812,7 @@ MethodSpec resolve_method(MethodInput& in)
         if (!name.empty()) spec.*axis = parse_choice<E>(name);
         name = name_of(spec.*axis);
     });
-    if (updates_stress_last(spec) && spec.strain_velocity < 0) spec.strain_velocity = strain_velocity_of(spec);
+    if (updates_stress_last(spec)) spec.strain_velocity = strain_velocity_of(spec);
     for (const Setting& s : settings()) {
         if (!in.has(std::string(s.name)) && spec.*s.value < s.min) continue;  // the method has none
         double& number = in.numbers.try_emplace(std::string(s.name), spec.*s.value).first->second;

@@ -228,7 +228,7 @@ void Writer<D>::row(State<D>& s)
     const Totals e            = totals(model_, s.particles);
     const ProjectionReport& p = s.projection;
     const Account& a          = s.account;
-    const SchemeEnergy scheme = scheme_energy(model_, s);
+    const SchemeEnergy scheme = scheme_energy(e, s);
     std::string exchanges     = fmt::format(",{},{},{},{},{},{}", a.nodal_kinetic, e.kinetic_energy - a.nodal_kinetic,
                                             scheme.stress_update, scheme.projection, scheme.filter, scheme.half_step);
     if (!input_.stages.empty()) exchanges += fmt::format(",{},{}", s.stage, a.staged);

@@ -17,21 +17,26 @@ void clear(Lanes* nodes, const Tiles<D>& tiles, int size = 1)
     });
 }
 
+/// Keeps the lanes where `kept` is 1, and sets those where it is 0 to zero.
+template <int D>
+void keep_lanes(Lanes* nodes, const Tiles<D>& tiles, const Lanes& kept)
+{
+    tiles.for_each_node_run([=](std::ptrdiff_t first, std::ptrdiff_t end) {
+        for (std::ptrdiff_t i = first; i < end; ++i) nodes[i] = nodes[i] * kept;
+    });
+}
+
 /// Sets all but the velocities to zero.
 template <int D>
 void clear_masses(Lanes* nodes, const Tiles<D>& tiles)
 {
-    tiles.for_each_node_run([=](std::ptrdiff_t first, std::ptrdiff_t end) {
-        for (std::ptrdiff_t i = first; i < end; ++i) nodes[i] = nodes[i] * make_lanes(1, 1, 1, 0, 0, 0, 0, 0);
-    });
+    keep_lanes(nodes, tiles, make_lanes(1, 1, 1, 0, 0, 0, 0, 0));
 }
 
 template <int D>
 void clear_increments(Lanes* nodes, const Tiles<D>& tiles)
 {
-    tiles.for_each_node_run([=](std::ptrdiff_t first, std::ptrdiff_t end) {
-        for (std::ptrdiff_t i = first; i < end; ++i) nodes[i] = nodes[i] * make_lanes(1, 1, 1, 1, 0, 0, 0, 1);
-    });
+    keep_lanes(nodes, tiles, make_lanes(1, 1, 1, 1, 0, 0, 0, 1));
 }
 
 template <int D>

@@ -10,6 +10,7 @@
 // counted from motion; the difference comes from kicks that lie half a step before positions.
 #pragma once
 
+#include "method/diagnostics.hpp"
 #include "method/node_sums.hpp"
 
 namespace ordo {
@@ -24,16 +25,18 @@ struct SchemeEnergy {
     double all() const { return stress_update + projection + filter + half_step; }
 };
 
-template <int D>
-EnergyParts energy_parts(const Model<D>& model, const Particles<D>& p);
+inline EnergyParts energy_parts(const Totals& e)
+{
+    return {e.kinetic_energy, e.strain_energy + e.dissipated + e.artificial, e.potential};
+}
 
 /// Starts the account at the present state.
 template <int D>
 void start_account(const Model<D>& model, State<D>& s);
 
-/// Of a state whose account was started.
+/// Of a state whose account was started, and its totals.
 template <int D>
-SchemeEnergy scheme_energy(const Model<D>& model, const State<D>& s);
+SchemeEnergy scheme_energy(const Totals& now, const State<D>& s);
 
 /// Adds the work of a kick to the account and sets the kinetic energy of the nodes after it. `nodes` are those after the kick with its
 /// constraints, `forces` have what they felt in the lanes of increments, and `loads` have the part that is not of stresses; null if

@@ -1,4 +1,4 @@
-// The explicit step: USF, USL and MUSL with symplectic Euler or leapfrog, made of the passes of a method.
+// The explicit step: USF, USL, MUSL and what lies between the last two, with symplectic Euler or leapfrog, made of the passes of a method.
 #pragma once
 
 #include "method/mass_matrix.hpp"

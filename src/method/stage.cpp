@@ -94,13 +94,13 @@ void remove_bodies(const Stage<D>& stage, const Model<D>& model, State<D>& s)
 template <int D>
 void begin_stage(const Stage<D>& stage, int number, Model<D>& model, State<D>& s)
 {
-    const EnergyParts before = energy_parts(model, s.particles);
+    const EnergyParts before = energy_parts(totals(model, s.particles));
     remove_bodies(stage, model, s);
     put_in_force(stage, model);
     for (const auto& change : stage.materials)
         for (int i = 0; i < s.particles.count; ++i)
             if (s.particles.body[i] == change.body) change_material(model.materials, change.material, s.t, s.particles, i);
-    const EnergyParts added = energy_parts(model, s.particles) - before;
+    const EnergyParts added = energy_parts(totals(model, s.particles)) - before;
     s.account.start += added;
     s.account.staged -= added.all();
     set_clock(stage.start, s);

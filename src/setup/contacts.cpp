@@ -36,7 +36,8 @@ const char* refusal_of_contact(const MethodSpec& m, int dim, bool with_obstacles
         return "cannot be with fits in the cells of the grid, which all bodies in a cell share: set "
                "quadrature = \"particle\", and a projection other than tls";
     if (!has_faces(m) && with_obstacles && !(projects_again(m) && strain_velocity_of(m) == 0))
-        return "with domain point or box needs scheme = \"musl\": with others the particles on the obstacle turn inside out; or "
+        return "with domain point or box needs scheme = \"musl\" with strain_velocity 0: with others the particles on the "
+               "obstacle turn inside out; or "
                "use cpdi1, cpdi2 or another method with domain parallelepiped, cell or simplex, whose faces meet it with any "
                "scheme";
     return nullptr;

@@ -499,12 +499,15 @@ void SplineScheme<D>::take_step(State<D>& s, double dt) const
             parallel_for_each(s.particles.count,
                               [&](std::ptrdiff_t i) { work.v0[i] -= model().method.null_damping * (work.v0[i] - work.v_at[i]); });
             if (s.account.is_wanted) {
-                unresolved = kinetic_energy(s.particles, work.v0.data()) - kinetic_energy(s.particles, work.v_at.data());
-                s.account.filtered += before - kinetic_energy(s.particles, work.v0.data());
+                const double after = kinetic_energy(s.particles, work.v0.data());
+                unresolved         = after - kinetic_energy(s.particles, work.v_at.data());
+                s.account.filtered += before - after;
             }
         }
-        if (s.account.is_wanted) add_reactions(s, scheme.weight[k]);
-        if (s.account.is_wanted) add_work(s, dt * scheme.weight[k]);
+        if (s.account.is_wanted) {
+            add_reactions(s, scheme.weight[k]);
+            add_work(s, dt * scheme.weight[k]);
+        }
         const bool is_last   = k + 1 == scheme.stages;
         const double further = is_last ? 0.0 : dt * scheme.at[k + 1], part = dt * scheme.weight[k];
         const TileReport found = add_slope(s, part, further, is_last);

@@ -2,6 +2,7 @@
 
 #include "method/diagnostics.hpp"
 #include "method/explicit.hpp"
+#include "method/node_sums.hpp"
 
 #include <vector>
 
@@ -9,24 +10,15 @@ namespace ordo::verification {
 
 namespace {
 
-/// f(node) for all nodes except images on periodic axes.
-template <int D, class F>
-void for_each_node_once(const State<D>& s, F&& f)
-{
-    s.field.tiles.for_each_node([&](const Index<D>& at, std::ptrdiff_t node) {
-        if (!s.lattice.is_image(at)) f(node);
-    });
-}
-
 /// sum_i v_i . u_i over nodes, with the lanes of two records from `of_v` and `of_u` on.
 template <int D>
 double product(const State<D>& s, const Lanes* v, int of_v, const Lanes* u, int of_u)
 {
-    double sum = 0.0;
-    for_each_node_once(s, [&](std::ptrdiff_t i) {
-        for (int a = 0; a < D; ++a) sum += v[i][of_v + a] * u[i][of_u + a];
+    return sum_over_nodes(s, 0.0, [&](std::ptrdiff_t i) {
+        double r = 0.0;
+        for (int a = 0; a < D; ++a) r += v[i][of_v + a] * u[i][of_u + a];
+        return r;
     });
-    return sum;
 }
 
 /// The momenta M v of velocities of nodes, in the same lanes.
@@ -34,7 +26,9 @@ template <int D>
 void momenta(const Model<D>& model, const MassSolver<D>& mass_matrix, State<D>& s, const Lanes* nodes, Lanes* to)
 {
     if (model.method.mass == MassMatrix::lumped) {
-        for_each_node_once(s, [&](std::ptrdiff_t i) { to[i] = nodes[i] * nodes[i][NodeLane::mass]; });
+        s.field.tiles.for_each_node_run([&](std::ptrdiff_t first, std::ptrdiff_t end) {
+            for (std::ptrdiff_t i = first; i < end; ++i) to[i] = nodes[i] * nodes[i][NodeLane::mass];
+        });
         return;
     }
     const Sweep<D> view{s.lattice, s.particles.view(), nullptr, model.materials.data(), 0.0, 0.0, model.method.stretch_limit};

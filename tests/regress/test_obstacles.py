@@ -399,7 +399,7 @@ rotation = [0, 5, 0]
                 self.assertEqual(done.stderr.strip().count("\n"), 0, done.stderr)
                 self.assertFalse((self.dir / "run").exists())
         methods = {
-            'preset = "mpm"': 'with domain point or box needs scheme = "musl"',
+            'preset = "mpm"': 'with domain point or box needs scheme = "musl" with strain_velocity 0',
             'preset = "bsmpm"': "cannot be with a consistent mass matrix",
             'preset = "impm"': "cannot be with fits in the cells of the grid",
             'preset = "spline3"': "cannot be with spline fits",
