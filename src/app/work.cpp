@@ -215,6 +215,7 @@ class Counter {
         }
         if (!has_velocities && (method_.mass == MassMatrix::lumped || s_.field.constraints.has_prescribed())) find_velocities();
         kick();
+        filter();
         if (method_.scheme == TimeScheme::usf) {
             keep();
             gather(kVelocity);
@@ -222,7 +223,14 @@ class Counter {
         } else if (strains_by_advanced(method_)) {
             if (!stores_gradient(method_)) keep();
             find_gradients();
+            const double apart = method_.filter == Filter::xpic ? 1 / method_.filter_every : 0.0;
+            share_             = 1 - apart;
             gather(kVelocity | kStress | kMove);
+            share_ = apart;
+            gather(kVelocity);
+            gather(kStress);
+            if (passes_.move) gather(kMove);
+            share_ = 1.0;
         } else if (projects_again(method_)) {  // Runge-Kutta schemes: see count_spline_work
             gather(kVelocity);
             keep();
@@ -243,7 +251,7 @@ class Counter {
     using Stage = StageTimes::Stage;
     enum Part : unsigned { kVelocity = 1, kStress = 2, kMove = 4, kPast = 8 };
 
-    void add(Stage stage, double flops, double bytes) { total_.stages[stage] += {flops, bytes}; }
+    void add(Stage stage, double flops, double bytes) { total_.stages[stage] += {share_ * flops, share_ * bytes}; }
 
     /// Counts the nodes and cells that the passes touch.
     void count_records()
@@ -275,6 +283,22 @@ class Counter {
     void lumped_velocities() { add(Stage::nodes, (1 + kLanes) * massive_, kRecord * (active_ + massive_)); }
     /// dt/m, dt a = (dt/m) f + dt g, its difference from f, and the sum with the lanes.
     void kick() { add(Stage::nodes, (1 + 2 * 3 + 3 + kLanes) * massive_, kRecord * (active_ + massive_)); }
+
+    /// The terms of a filter after the first, in the mean over steps.
+    void filter()
+    {
+        if (method_.filter == Filter::none) return;
+        share_ = 1 / method_.filter_every;
+        for (int order = 1; order < static_cast<int>(method_.filter_order); ++order) {
+            gather(kVelocity);
+            keep();
+            clear();
+            find_momenta();
+            find_velocities();
+            blend();  // two sums
+        }
+        share_ = 1.0;
+    }
 
     // Scatters.
     void scatter(double flops, double fields) { add(Stage::scatter, flops, place_ + n_ * fields + 2 * kRecord * massive_); }
@@ -545,6 +569,7 @@ class Counter {
     double cells_   = 0;                     ///< cells with particles
     double targets_ = 0, cell_targets_ = 0;  ///< records of velocity fits and of cell fits
     double gradients_ = 0;                   ///< cells with a gradient
+    double share_     = 1.0;                 ///< of the steps in which a pass is done
     StepWork total_;
 };
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <new>
@@ -99,6 +100,14 @@ class Array {
     T* data_          = nullptr;
     std::size_t size_ = 0;
 };
+
+/// Makes `to` a copy of `from`.
+template <class T>
+void copy(Array<T>& to, const Array<T>& from)
+{
+    if (to.size() != from.size()) to = Array<T>(from.size());
+    if (!from.empty()) std::memcpy(to.data(), from.data(), from.size() * sizeof(T));
+}
 
 /// Makes room for n elements, and for a quarter more if the array must grow: n changes from step to step.
 template <class T>

@@ -191,18 +191,23 @@ class WallNodes {
         });
     }
 
-    /// Holds the same nodes as the last `advance` once more, in velocities that were projected again.
-    void repeat(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, Lanes* nodes, double t) const
+    /// Holds the same nodes as the last `advance` once more, in other velocities.
+    /// @param u velocities that walls give the nodes, m/s
+    /// @param sums get the impulses
+    void repeat(const std::vector<Wall<D>>& walls, const std::vector<Vec<D>>& shifts, Lanes* nodes, const std::vector<Vec<D>>& u,
+                const Moment& when, const ExchangeSums<D>& sums) const
     {
-        const std::vector<Vec<D>> u = velocities(walls, t);
-        for_each(walls, shifts, nodes, {nullptr, 0.0}, [&](std::size_t i, const std::vector<int>& touched, Lanes& node, auto&&) {
+        const std::vector<Vec<D>> middle = velocities(walls, middle_of(when).t);
+        for_each(walls, shifts, nodes, sums, [&](std::size_t i, const std::vector<int>& touched, Lanes& node, auto&& note) {
             Vec<D> v = velocity_of<D>(node);
             for (int sweep = 0; sweep < sweeps_for(touched); ++sweep)
                 for (const int k : touched) {
                     const Grip grip = grips_[i * walls_ + k];
-                    const Vec<D> n  = along(nodes_[i].is_free, walls[k].normal);
+                    const Vec<D> n = along(nodes_[i].is_free, walls[k].normal), before = v;
                     if (grip == Grip::sticks) v -= along(nodes_[i].is_free, v - u[k]);
                     if (grip == Grip::slips && dot(n, n) > 0) v -= (dot(v - u[k], walls[k].normal) / dot(n, n)) * n;
+                    const Vec<D> impulse = node[NodeLane::mass] * (v - before);
+                    if (!nodes_[i].is_image) note({walls[k].boundary, impulse, -dot(impulse, middle[k])});
                 }
             set_velocity(node, v, false);
         });

@@ -47,6 +47,28 @@ void copy(Lanes* to, const Lanes* from, const Tiles<D>& tiles)
     });
 }
 
+/// v_i += factor * of_i, the velocities of `of`.
+template <int D>
+void add_velocities(Lanes* nodes, const Lanes* of, const Tiles<D>& tiles, double factor)
+{
+    tiles.for_each_node_run([=](std::ptrdiff_t first, std::ptrdiff_t end) {
+        for (std::ptrdiff_t i = first; i < end; ++i)
+            nodes[i] = nodes[i] + of[i] * make_lanes(factor, factor, factor, 0, 0, 0, 0, 0);
+    });
+}
+
+/// v_i -= dv_i, the velocities before the kick.
+template <int D>
+void take_increments(Lanes* nodes, const Tiles<D>& tiles)
+{
+    tiles.for_each_node_run([=](std::ptrdiff_t first, std::ptrdiff_t end) {
+        for (std::ptrdiff_t i = first; i < end; ++i) {
+            const Lanes n = nodes[i];
+            nodes[i]      = n - make_lanes(n[4], n[5], n[6], 0, 0, 0, 0, 0);
+        }
+    });
+}
+
 /// v_i = (1 - part) v_i + part * of_i, the velocities of `of`.
 template <int D>
 void blend_velocities(Lanes* nodes, const Lanes* of, const Tiles<D>& tiles, double part)

@@ -83,9 +83,10 @@ void Explicit<D>::take_step(State<D>& s, double dt) const
     constrain(s, nodes, by, Velocity::advanced);
     if (s.account.is_wanted) add_kick(s, nodes, by);
     if (keeps_corner_velocity(method())) keep_velocities(s, nodes);
+    Lanes* update = filters(s) ? filter(s, nodes, by) : nodes;
 
-    update_particles(s, nodes, strain, dt, by);
-    if (passes_.move_corners) move_corners(s, nodes, dt);  // cells: x_c, then x_p and V_p
+    update_particles(s, nodes, update, strain, dt, by);
+    if (passes_.move_corners) move_corners(s, nodes, update, dt);  // cells: x_c, then x_p and V_p
     for (std::size_t k = 0; k < model().walls.size(); ++k) s.wall_shifts[k] += dt * model().walls[k].velocity_at(by.when.t);
     if (!model().obstacles.empty()) ordo::move(model().obstacles, model().contacts, dt, s.contacts);
     const double before = s.t;
@@ -114,35 +115,106 @@ bool Explicit<D>::find_forces(State<D>& s, Lanes* nodes, Lanes* strain, const Ki
     return true;
 }
 
-/// Updates v_p, F_p, sigma_p and x_p from the kicked nodes. x_p comes last, so that phi is evaluated at x_n until then.
+/// Updates v_p from the nodes of `update`, and F_p, sigma_p and x_p from the kicked nodes. x_p comes last, so that phi is evaluated at x_n
+/// until then.
 template <int D>
-void Explicit<D>::update_particles(State<D>& s, Lanes* nodes, Lanes* strain, double dt, const Kick& by) const
+void Explicit<D>::update_particles(State<D>& s, Lanes* nodes, Lanes* update, Lanes* strain, double dt, const Kick& by) const
 {
     const bool is_remapped = projects_again(method()), is_advanced = strains_by_advanced(method());
-    if (is_advanced && method().averaging == Averaging::none) {
+    if (is_advanced && method().averaging == Averaging::none && update == nodes) {
         if (passes_.keep && !stores_gradient(method())) gather(s, passes_.keep, nodes, dt);
         find_gradients(s, nodes);
         deform(s, passes_.update_all, nodes, dt);
         return;
     }
     if (!is_remapped && passes_.keep && !stores_gradient(method())) gather(s, passes_.keep, nodes, dt);
-    gather(s, passes_.update_velocity, nodes, dt);  // v_p <- a_i
-    if (is_advanced) {                              // the same in parts, because averages need F of all particles
+    gather(s, passes_.update_velocity, update, dt);  // v_p <- a_i
+    if (is_advanced) {                               // the same in parts, because averages need F of all particles
         find_gradients(s, nodes);
         deform(s, passes_.deform, nodes, dt);
     }
     if (is_remapped) {
         if (passes_.keep) gather(s, passes_.keep, nodes, dt);
-        clear_nodes(s, strain);
-        find_momenta(s, strain);  // the same nodes again, with the new v_p
-        const bool is_coupled = method().mass == MassMatrix::consistent;
-        find_velocities(s, strain, {}, is_coupled ? held_by_walls(model(), s, strain, by.when.t) : std::vector<HeldNode<D>>{});
+        project_velocities(s, strain, [&] {  // the same nodes again, with the new v_p
+            const bool is_coupled = method().mass == MassMatrix::consistent;
+            return is_coupled ? held_by_walls(model(), s, strain, by.when.t) : std::vector<HeldNode<D>>{};
+        });
         constrain(s, strain, by, Velocity::remapped);
         blend_velocities(strain, nodes, s.field.tiles, strain_velocity_of(method()));
         find_gradients(s, strain);
         deform(s, passes_.deform, strain, dt);  // F_p, sigma_p from the remapped velocity, blended with the advanced one
     }
     if (passes_.move) gather(s, passes_.move, nodes, dt);
+}
+
+/// Velocities of nodes from those of the particles. held() lists nodes that walls hold, once masses are known.
+template <int D>
+template <class Held>
+void Explicit<D>::project_velocities(State<D>& s, Lanes* nodes, const Held& held) const
+{
+    clear_nodes(s, nodes);
+    find_momenta(s, nodes);
+    find_velocities(s, nodes, {}, held());
+}
+
+/// Whether the coming step filters the velocities of particles.
+template <int D>
+bool Explicit<D>::filters(const State<D>& s) const
+{
+    return method().filter != Filter::none && (s.n + 1) % static_cast<long>(method().filter_every) == 0;
+}
+
+/// Filters the velocities of the kicked nodes, of which particles then take all (docs/energy.md). Returns the nodes that they take them
+/// from. FMPM: v_i = sum_{l < k} (1 - R S)^l v_i, also for positions and strains (Nairn & Hammerquist 2021). XPIC: that sum of the
+/// velocities before the kick, and the kick (Hammerquist & Nairn 2017).
+template <int D>
+Lanes* Explicit<D>::filter(State<D>& s, Lanes* nodes, const Kick& by) const
+{
+    const bool is_xpic = method().filter == Filter::xpic;
+    FilterNodes<D>& f  = s.filter;
+    for (Array<Lanes>* one : {&f.sum, &f.term, &f.again}) make_room(*one, s.field.nodes.size());
+    Lanes *sum = is_xpic ? f.sum.data() : nodes, *term = f.term.data(), *again = f.again.data();
+    if (is_xpic) copy(sum, nodes, s.field.tiles);
+    copy(term, nodes, s.field.tiles);
+    if (is_xpic) take_increments(term, s.field.tiles);
+
+    Particles<D>& p = s.particles;
+    copy(f.kept, p.v);
+    copy(f.kept_of_corners, p.corner_velocity);
+    for (int order = 1; order < static_cast<int>(method().filter_order); ++order) {
+        set_velocities(s, term);
+        project_velocities(s, again, [] { return std::vector<HeldNode<D>>{}; });
+        add_velocities(term, again, s.field.tiles, -1.0);
+        hold_term(s, term, by);
+        s.field.halo.copy(term);
+        add_velocities(sum, term, s.field.tiles, 1.0);
+    }
+    std::swap(f.kept, p.v);
+    std::swap(f.kept_of_corners, p.corner_velocity);
+    return sum;
+}
+
+/// Gives particles the velocities of the nodes, and what they carry besides.
+template <int D>
+void Explicit<D>::set_velocities(State<D>& s, Lanes* nodes) const
+{
+    Sweep<D> view    = sweep(s, nodes, 0.0);
+    view.pic         = 1.0;
+    view.sums_energy = false;
+    gather(s, passes_.update_velocity, view);
+    if (passes_.keep) gather(s, passes_.keep, view);
+    if (!s.particles.corner_velocity.empty()) move_corners(s, view);
+}
+
+/// Takes the components of a term of the filter that conditions and walls hold: they give their impulses to the particles.
+template <int D>
+void Explicit<D>::hold_term(State<D>& s, Lanes* term, const Kick& by) const
+{
+    const ExchangeSums<D> sums = exchange_sums(s, by);
+    s.field.constraints.add_impulses(model().conditions, by.when, sums, [&](std::ptrdiff_t node, int a) {
+        return -term[node][NodeLane::mass] * std::exchange(term[node][NodeLane::velocity + a], 0.0);
+    });
+    s.field.wall_nodes.repeat(model().walls, s.wall_shifts, term, std::vector<Vec<D>>(model().walls.size()), by.when, sums);
 }
 
 /// Keeps the nodes before a kick, for the account.
@@ -209,7 +281,7 @@ Sweep<D> Explicit<D>::sweep(State<D>& s, Lanes* nodes, double dt) const
             nodes,
             model().materials.data(),
             dt,
-            pic_fraction(),
+            pic_fraction(s),
             method().stretch_limit,
             stores_gradient(method()),
             s.gradients.data(),
@@ -254,14 +326,14 @@ template <class Solve>
 void Explicit<D>::account_for(State<D>& s, Lanes* nodes, unsigned parts, const Kick& by, const Solve& solve) const
 {
     const ExchangeSums<D> sums = exchange_sums(s, by);
-    auto weighted              = [&, pic = pic_fraction()](const Lanes& n, int a) {  // N s
+    auto weighted              = [&, pic = pic_fraction(s)](const Lanes& n, int a) {  // N s
         double r = 0.0;
         if (parts & MassSolver<D>::kVelocity) r += pic * n[NodeLane::velocity + a];
         if (parts & MassSolver<D>::kAcceleration) r += by.dt * n[NodeLane::increment + a];
         return r;
     };
     std::vector<double> given;
-    const bool leaves_momentum = pic_fraction() == 0.0 && !(parts & MassSolver<D>::kAcceleration);
+    const bool leaves_momentum = pic_fraction(s) == 0.0 && !(parts & MassSolver<D>::kAcceleration);
     if (by.dt > 0 && sums.is_wanted() && !leaves_momentum)
         s.field.constraints.for_each([&](std::ptrdiff_t node, int a, bool) { given.push_back(weighted(nodes[node], a)); });
     const bool has_product = solve();
@@ -421,19 +493,30 @@ void Explicit<D>::report_projection(State<D>& s, const Lanes* nodes, bool has_ve
     s.projection.set(mass_and_momentum(s.particles.view()), after);
 }
 
+/// Corners take velocities from the nodes of `update`, if they have any, and move with `nodes`.
 template <int D>
-void Explicit<D>::move_corners(State<D>& s, Lanes* nodes, double dt) const
+void Explicit<D>::move_corners(State<D>& s, Lanes* nodes, Lanes* update, double dt) const
 {
-    {
-        Stopwatch watch(times(), StageTimes::gather);
-        for (const CornerRun& run : s.field.corner_runs) {
-            const Sweep<D> view = sweep(s, nodes + run.first_node, dt);
-            parallel_pieces(run.end - run.begin, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-                passes_.move_corners(view, run.begin + begin, run.begin + end);
-            });
-        }
+    Sweep<D> view = sweep(s, nodes, dt);
+    if (update != nodes) {
+        if (view.p.corner_velocity) move_corners(s, sweep(s, update, 0.0));
+        view.p.corner_velocity = nullptr;
     }
+    move_corners(s, view);
     gather(s, passes_.follow_corners, nodes, dt);
+}
+
+template <int D>
+void Explicit<D>::move_corners(State<D>& s, const Sweep<D>& view) const
+{
+    Stopwatch watch(times(), StageTimes::gather);
+    for (const CornerRun& run : s.field.corner_runs) {
+        Sweep<D> in_field = view;
+        in_field.nodes += run.first_node;
+        parallel_pieces(run.end - run.begin, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+            passes_.move_corners(in_field, run.begin + begin, run.begin + end);
+        });
+    }
 }
 
 template <int D>
@@ -459,7 +542,12 @@ void Explicit<D>::scatter_points(State<D>& s, typename Passes<D>::Scatter pass, 
 template <int D>
 void Explicit<D>::gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt) const
 {
-    const Sweep<D> view = sweep(s, nodes, dt);
+    gather(s, pass, sweep(s, nodes, dt));
+}
+
+template <int D>
+void Explicit<D>::gather(State<D>& s, typename Passes<D>::Gather pass, const Sweep<D>& view) const
+{
     gather_tiles(s, [&](const Tile& tile, TileReport& report) { pass(in_field_of(tile, view), tile.begin, tile.end, report); });
 }
 
@@ -482,7 +570,7 @@ void Explicit<D>::deform_averaged(State<D>& s, typename Passes<D>::Gather pass, 
     prepare_averages(model(), s);
     view.increments      = s.averages.increments.data();
     view.increment_first = 0;
-    gather_tiles(s, [&](const Tile& tile, TileReport& report) { pass(in_field_of(tile, view), tile.begin, tile.end, report); });
+    gather(s, pass, view);
     {
         Stopwatch watch(times(), StageTimes::fit);
         average_increments(model(), s);
@@ -517,15 +605,16 @@ void Explicit<D>::constrain(State<D>& s, Lanes* nodes, const Kick& by, Velocity 
 {
     Stopwatch watch(times(), StageTimes::nodes);
     const ExchangeSums<D> sums = of == Velocity::advanced ? exchange_sums(s, by) : ExchangeSums<D>(nullptr, by.dt);
-    s.field.constraints.apply(model().conditions, nodes, by.when, sums, pic_fraction());
+    s.field.constraints.apply(model().conditions, nodes, by.when, sums, pic_fraction(s));
     if constexpr (D > 1)
         if (of == Velocity::advanced && !model().contacts.empty()) meet(model(), s, nodes, by.when, by.dt, sums);
     const std::vector<Wall<D>> none;  // act before the kick
     const std::vector<Wall<D>>& walls = of == Velocity::projected ? none : model().walls;
     if (of == Velocity::advanced && method().mass == MassMatrix::lumped)  // else the kick has done it
         s.field.wall_nodes.advance(walls, s.wall_shifts, nodes, by.when, sums);
-    if (of == Velocity::remapped) s.field.wall_nodes.repeat(walls, s.wall_shifts, nodes, by.when.t);
-    constrain_enriched(model(), s, nodes, by.when, walls, sums, pic_fraction());
+    if (of == Velocity::remapped)
+        s.field.wall_nodes.repeat(walls, s.wall_shifts, nodes, velocities(walls, by.when.t), by.when, {nullptr, by.dt});
+    constrain_enriched(model(), s, nodes, by.when, walls, sums, pic_fraction(s));
     s.field.halo.copy(nodes);
 }
 

@@ -37,7 +37,13 @@ class Explicit final : public Scheme<D> {
     using Scheme<D>::times;
 
     bool find_forces(State<D>& s, Lanes* nodes, Lanes* strain, const Kick& by) const;
-    void update_particles(State<D>& s, Lanes* nodes, Lanes* strain, double dt, const Kick& by) const;
+    void update_particles(State<D>& s, Lanes* nodes, Lanes* update, Lanes* strain, double dt, const Kick& by) const;
+    template <class Held>
+    void project_velocities(State<D>& s, Lanes* nodes, const Held& held) const;
+    bool filters(const State<D>& s) const;
+    Lanes* filter(State<D>& s, Lanes* nodes, const Kick& by) const;
+    void set_velocities(State<D>& s, Lanes* nodes) const;
+    void hold_term(State<D>& s, Lanes* term, const Kick& by) const;
     void keep_forces(State<D>& s, const Lanes* nodes) const;
     void add_kick(State<D>& s, const Lanes* nodes, const Kick& by) const;
     const Lanes* find_load_forces(State<D>& s, const Lanes* nodes) const;
@@ -58,17 +64,23 @@ class Explicit final : public Scheme<D> {
     void fit_cells(State<D>& s) const;
     void report_projection(State<D>& s, const Lanes* nodes, bool has_velocities) const;
     void find_gradients(State<D>& s, const Lanes* nodes) const;
-    void move_corners(State<D>& s, Lanes* nodes, double dt) const;
+    void move_corners(State<D>& s, Lanes* nodes, Lanes* update, double dt) const;
+    void move_corners(State<D>& s, const Sweep<D>& view) const;
     void scatter(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const;
     void scatter_points(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const;
     void gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt) const;
+    void gather(State<D>& s, typename Passes<D>::Gather pass, const Sweep<D>& view) const;
     void deform(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt, Deform by = Deform::next) const;
     void deform_averaged(State<D>& s, typename Passes<D>::Gather pass, Sweep<D> view) const;
     template <class RunPass>
     void gather_tiles(State<D>& s, const RunPass& run) const;
     void constrain(State<D>& s, Lanes* nodes, const Kick& by, Velocity of) const;
     Sweep<D> sweep(State<D>& s, Lanes* nodes, double dt) const;
-    double pic_fraction() const { return method().update == Update::flip ? method().pic_fraction : 1.0; }
+    /// The part of the nodes' velocity in that of particles after the coming step.
+    double pic_fraction(const State<D>& s) const
+    {
+        return method().update != Update::flip || filters(s) ? 1.0 : method().pic_fraction;
+    }
     ExchangeSums<D> exchange_sums(State<D>& s, const Kick& by) const
     {
         return {s.account.is_wanted ? &s.account.boundaries : nullptr, by.dt};

@@ -18,6 +18,7 @@ enum class CellVolume { full, filled };
 enum class MassMatrix { lumped, consistent };
 enum class Gradient { shape, adjoint, affine, projected };
 enum class Update { flip, apic, polypic };
+enum class Filter { none, xpic, fmpm };
 enum class TimeScheme { usf, usl, musl, rk3, rk4 };
 enum class Start { leapfrog, plain };
 enum class Averaging { none, cell, node };
@@ -38,12 +39,15 @@ struct MethodSpec {
     MassMatrix mass                = MassMatrix::lumped;
     Gradient gradient              = Gradient::shape;
     Update update                  = Update::flip;
+    Filter filter                  = Filter::none;
     TimeScheme scheme              = TimeScheme::usl;
     Start start                    = Start::leapfrog;
     Averaging averaging            = Averaging::none;
     double degree                  = 1;
     double strain_velocity         = -1.0;  ///< negative: of the scheme, see strain_velocity_of
     double pic_fraction            = 0.0;
+    double filter_order            = 2;
+    double filter_every            = 1;
     double a0                      = 0.5;
     double lump_below              = 0.3;
     double stretch_limit           = 0.0;
@@ -138,7 +142,7 @@ inline bool keeps_mass(const MethodSpec& s)
 inline bool keeps_momentum(const MethodSpec& s)
 {
     const bool has_particle_masses = keeps_mass(s) && !has_tls_velocity(s);
-    return has_particle_masses && !(fits_velocity(s) && s.pic_fraction > 0);
+    return has_particle_masses && !(fits_velocity(s) && (s.pic_fraction > 0 || s.filter != Filter::none));
 }
 
 }  // namespace ordo

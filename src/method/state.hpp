@@ -171,6 +171,13 @@ struct Averages {
     int body_count = 0;
 };
 
+/// For the axis `filter`.
+template <int D>
+struct FilterNodes {
+    Array<Lanes> sum, term, again;        ///< nodes: of the terms; the last term; the same projected again
+    Array<Vec<D>> kept, kept_of_corners;  ///< velocities of particles and corners meanwhile, m/s
+};
+
 /// All that a step changes.
 template <int D>
 struct State {
@@ -193,6 +200,7 @@ struct State {
     Array<Lanes> wall_forces;                 ///< forces without walls, with a consistent mass matrix
     QuadraturePoints<D> points;               ///< for quadratures cell and gauss
     Averages<D> averages;
+    FilterNodes<D> filter;
     Contacts<D> contacts;
     Array<Stress<D>> force_stress;     ///< of particles, where forces come from stresses other than sigma
     ProjectionReport projection;       ///< of the last step

@@ -158,6 +158,19 @@ constexpr Choice<Update> choices_of_update[] = {
     {Update::polypic, "polypic", "node velocity and polynomial (Fu et al. 2017)"}};
 constexpr AxisRow<Update> row_of(Update) { return {"update", "velocity from nodes to particles", choices_of_update}; }
 
+constexpr Choice<Filter> choices_of_filter[] = {
+    {Filter::none, "none", "particles keep what nodes do not see"},
+    {Filter::xpic, "xpic",
+     "XPIC(m), m = filter_order: removes (1 - S R)^m v_p, R to nodes and S to particles (Hammerquist & Nairn 2017)"},
+    {Filter::fmpm, "fmpm",
+     "FMPM(k), k = filter_order: node velocities sum_{l<k} (1 - R S)^l v_i, an approximate inverse of the consistent mass "
+     "matrix, "
+     "become those of particles, positions and strains (Nairn & Hammerquist 2021)"}};
+constexpr AxisRow<Filter> row_of(Filter)
+{
+    return {"filter", "removes velocities of particles that nodes do not see", choices_of_filter};
+}
+
 constexpr Choice<TimeScheme> choices_of_scheme[] = {
     {TimeScheme::usf, "usf", "stress first, from the projected velocity"},
     {TimeScheme::usl, "usl", "stress last, from the advanced velocity"},
@@ -188,6 +201,9 @@ constexpr Setting kSettings[] = {
             "usl and musl: part of the advanced velocity in the velocity of the strain, the rest is projected again", false,
             "0 with scheme musl, 1 with usl"},
     Setting{"pic_fraction", &MethodSpec::pic_fraction, 0, 1, "fraction of PIC in the velocity update, the rest is FLIP; damps"},
+    Setting{"filter_order", &MethodSpec::filter_order, 1, 100,
+            "terms of the filter, each a projection more; 1 is PIC, higher orders leave more of what nodes see", true},
+    Setting{"filter_every", &MethodSpec::filter_every, 1, 1e9, "steps from one filtering to the next", true},
     Setting{"a0", &MethodSpec::a0, 0, 1, "ddmpm: weight of the plain gradient in the middle of a cell"},
     Setting{"lump_below", &MethodSpec::lump_below, 0, 1, "consistent mass: nodes with a filled fraction below this are lumped"},
     Setting{"stretch_limit", &MethodSpec::stretch_limit, 0, 30,
@@ -283,6 +299,23 @@ const std::vector<Rule>& rules()
          "it blends the velocities of usl and musl, and these schemes have one velocity for the strain: use scheme usl or musl"},
         {[](const MethodSpec& s) { return s.pic_fraction > 0 && s.update != Update::flip; },
          "pic_fraction with an update other than flip", "apic and polypic always take the whole node velocity"},
+        {[](const MethodSpec& s) {
+             const MethodSpec usual;
+             return s.filter == Filter::none && (s.filter_order != usual.filter_order || s.filter_every != usual.filter_every);
+         },
+         "filter_order or filter_every without a filter", "set filter to xpic or fmpm"},
+        {[](const MethodSpec& s) { return s.filter != Filter::none && (s.update != Update::flip || s.pic_fraction > 0); },
+         "filter with pic_fraction or an update other than flip",
+         "these remove what nodes do not see themselves; filter_order 1 is PIC"},
+        {[](const MethodSpec& s) { return s.filter != Filter::none && is_spline_fit(s); }, "filter with projection spline-fit",
+         "null_damping is its filter"},
+        {[](const MethodSpec& s) { return s.filter != Filter::none && has_enrichment(s); }, "filter with enrichment",
+         "the conditions of enriched corners are not known to the terms of the filter: use cpdi2"},
+        {[](const MethodSpec& s) { return s.filter != Filter::none && s.filter_order > 1 && s.mass == MassMatrix::consistent; },
+         "filter_order above 1 with mass consistent",
+         "with this matrix velocities of nodes come back from particles as they were, and all orders are one: set filter_order "
+         "to "
+         "1"},
         {[](const MethodSpec& s) { return s.quadrature == Quadrature::cell && s.mass == MassMatrix::consistent; },
          "quadrature cell with mass consistent", "with one point per cell the matrix is singular: use mass lumped"},
         {[](const MethodSpec& s) { return s.cell_volume == CellVolume::filled && s.quadrature == Quadrature::particle; },
@@ -390,6 +423,12 @@ const std::vector<Preset>& presets()
     static const std::vector<Preset> rows = {
         {"mpm", "the original material point method (Gong 2015, ch. 4)", {.domain = Domain::point}},
         {"ugimp", "GIMP with domains of fixed size (Gong 2015, sec. 6.3)", {.domain = Domain::box}},
+        {"xpic",
+         "ugimp with particle velocities filtered by XPIC(2) (Hammerquist & Nairn 2017)",
+         {.domain = Domain::box, .filter = Filter::xpic}},
+        {"fmpm",
+         "ugimp with the approximate inverse of the consistent mass matrix FMPM(4) (Nairn & Hammerquist 2021)",
+         {.domain = Domain::box, .filter = Filter::fmpm, .filter_order = 4}},
         {"cpgimp", "GIMP with domains stretched along the axes (Gong 2015, sec. 6.3)", {.domain = Domain::stretched_box}},
         {"cpdi1", "convected particle domains, parallelepipeds (Gong 2015, sec. 6.4)", {.domain = Domain::parallelepiped}},
         {"cpdi2",

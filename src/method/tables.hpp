@@ -35,6 +35,7 @@ struct Choice {
     AXIS(MassMatrix)     \
     AXIS(Gradient)       \
     AXIS(Update)         \
+    AXIS(Filter)         \
     AXIS(TimeScheme)     \
     AXIS(Start)          \
     AXIS(Averaging)
@@ -88,6 +89,7 @@ void for_each_axis(F&& f)
     f(&MethodSpec::mass);
     f(&MethodSpec::gradient);
     f(&MethodSpec::update);
+    f(&MethodSpec::filter);
     f(&MethodSpec::scheme);
     f(&MethodSpec::start);
     f(&MethodSpec::averaging);

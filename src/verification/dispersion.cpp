@@ -83,7 +83,8 @@ double predicted_limit(const Request& r, double shift)
     const MethodSpec mpm, &m = r.method;
     const bool is_mpm = m.basis == mpm.basis && m.domain == mpm.domain && m.projection == mpm.projection &&
                         m.quadrature == mpm.quadrature && m.mass == mpm.mass && m.gradient == mpm.gradient &&
-                        m.update == mpm.update && m.scheme == mpm.scheme && m.pic_fraction == mpm.pic_fraction;
+                        m.update == mpm.update && m.filter == mpm.filter && m.scheme == mpm.scheme &&
+                        m.pic_fraction == mpm.pic_fraction;
     if (!is_mpm || r.values.word("dim") != "1") return kNaN;
     const int n = r.per_axis, count = 1000;
     double least = kLargest;

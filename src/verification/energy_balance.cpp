@@ -81,7 +81,7 @@ EnergyBalance step_with_balance(Simulation<D>& sim)
     // The mean of the velocities before and after is that after minus half of the increment.
     e.work = dt_of_kick * (product(s, s.field.nodes.data(), velocity, forces.data(), increment) -
                            0.5 * product(s, s.field.nodes.data(), increment, forces.data(), increment));
-    if (model.method.scheme == TimeScheme::usf) e.work = e.motion;
+    if (model.method.scheme == TimeScheme::usf || model.method.filter == Filter::fmpm) e.work = e.motion;
     e.stress = after.strain_energy - before.strain_energy + e.work;
     return e;
 }

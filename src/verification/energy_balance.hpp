@@ -19,7 +19,8 @@ struct EnergyBalance {
 };
 
 /// Takes a step of the fixed size, without gravity, boundary conditions and external forces, and returns its energy balance. With
-/// scheme `usf`, whose forces come from a stress that the step itself computes, `work` is set to `motion`. Splines have no nodes
+/// scheme `usf`, whose forces come from a stress that the step itself computes, and with filter `fmpm`, which changes the nodes after
+/// the kick, `work` is set to `motion`. Splines have no nodes
 /// that move: all that the particles gain is `update` and `stress`.
 template <int D>
 EnergyBalance step_with_balance(Simulation<D>& sim);

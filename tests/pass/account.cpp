@@ -87,7 +87,7 @@ std::string name_of_balance(const testing::TestParamInfo<Balance::ParamType>& in
 
 INSTANTIATE_TEST_SUITE_P(
     Presets, Balance,
-    testing::Combine(testing::Values("mpm", "ugimp", "cpdi1", "cpdi2", "cpdi2t", "apic", "bsmpm", "ddmpm", "fem"),
+    testing::Combine(testing::Values("mpm", "ugimp", "cpdi1", "cpdi2", "cpdi2t", "apic", "bsmpm", "ddmpm", "fem", "xpic", "fmpm"),
                      testing::Values(TimeScheme::usf, TimeScheme::usl, TimeScheme::musl), testing::Values(0.0, 0.3)),
     name_of_balance);
 
@@ -212,7 +212,8 @@ std::string name_of_account(const testing::TestParamInfo<EnergyAccount::ParamTyp
 }
 
 INSTANTIATE_TEST_SUITE_P(Presets, EnergyAccount,
-                         testing::Combine(testing::Values("mpm", "ugimp", "cpdi1", "cpdi2", "bscpdi2", "bsmpm", "ddmpm"),
+                         testing::Combine(testing::Values("mpm", "ugimp", "cpdi1", "cpdi2", "bscpdi2", "bsmpm", "ddmpm", "xpic",
+                                                          "fmpm"),
                                           testing::Values(TimeScheme::usf, TimeScheme::usl, TimeScheme::musl)),
                          name_of_account);
 

@@ -20,9 +20,11 @@ struct LiteralBar {
     double h, mu, lambda, rho;
     int cells;
     std::vector<double> x, v, F, sigma, V0;
+    Filter filter = Filter::none;
+    int order     = 1;  ///< of the filter
 
     /// `part`: of the advanced velocity in the strain's, for usl and musl.
-    void step(double dt, double dt_prev, TimeScheme scheme, double part)
+    void step(double dt, double dt_prev, TimeScheme scheme, double part, bool filters = false)
     {
         const std::size_t n = static_cast<std::size_t>(cells) + 1;
         std::vector<double> m(n), p(n), f(n), a(n), vi(n), vs(n);
@@ -61,8 +63,34 @@ struct LiteralBar {
             vi[i] += dt_kick * a[i];
         }
         a.front() = a.back() = vi.front() = vi.back() = 0;
-        for (std::size_t q = 0; q < x.size(); ++q)
-            for (std::size_t i = 0; i < n; ++i) v[q] += dt_kick * N(i, x[q]) * a[i];
+        auto at_particles                             = [&](const std::vector<double>& of_nodes) {
+            std::vector<double> r(x.size());
+            for (std::size_t q = 0; q < x.size(); ++q)
+                for (std::size_t i = 0; i < n; ++i) r[q] += N(i, x[q]) * of_nodes[i];
+            return r;
+        };
+        if (filters && filter == Filter::xpic) {  // v <- v - (1 - S R)^m v
+            const std::vector<double> whole = v;
+            for (int k = 0; k < order; ++k) {
+                std::vector<double> seen(n);
+                project(seen);
+                const std::vector<double> back = at_particles(seen);
+                for (std::size_t q = 0; q < x.size(); ++q) v[q] -= back[q];
+            }
+            for (std::size_t q = 0; q < x.size(); ++q) v[q] = whole[q] - v[q];
+        }
+        if (filters && filter == Filter::fmpm) {  // v_i <- v_i + (1 - R S) v_i + ..., of which v takes all
+            std::vector<double> term = vi, again(n);
+            for (int k = 1; k < order; ++k) {
+                v = at_particles(term);
+                project(again);
+                for (std::size_t i = 0; i < n; ++i) vi[i] += term[i] -= again[i];
+            }
+            v = at_particles(vi);
+        } else {
+            const std::vector<double> back = at_particles(a);
+            for (std::size_t q = 0; q < x.size(); ++q) v[q] += dt_kick * back[q];
+        }
         if (scheme != TimeScheme::usf) {
             project(vs);
             for (std::size_t i = 0; i < n; ++i) vs[i] = part * vi[i] + (1 - part) * vs[i];
@@ -76,17 +104,23 @@ struct LiteralBar {
 };
 
 /// `part`: negative: of the scheme.
-void check_against_literal(TimeScheme scheme, Start start, double part = -1)
+void check_against_literal(TimeScheme scheme, Start start, double part = -1, Filter filter = Filter::none, int order = 2,
+                           int every = 1)
 {
     Model<1> model               = test::unit_box<1>(16, Domain::point);
     model.method.scheme          = scheme;
     model.method.start           = start;
     model.method.strain_velocity = part;
+    model.method.filter          = filter;
+    model.method.filter_order    = order;
+    model.method.filter_every    = every;
     model.conditions = {Condition<1>{.at = 0.0, .value = {}}, Condition<1>{.outer_is_above = true, .at = 1.0, .value = {}}};
     const Explicit<1> method(model);
     State<1> s = method.start(plant_all(model, test::block(model, 0.0, 1.0, 2)));
     LiteralBar bar{model.h[0], model.materials[0].mu, model.materials[0].lambda, model.materials[0].density, 16, {}, {}, {}, {},
                    {}};
+    bar.filter = filter;
+    bar.order  = order;
     for (int i = 0; i < s.particles.count; ++i) {
         s.particles.v[i][0] = 0.2 * std::sin(std::numbers::pi * s.particles.x[i][0]);
         bar.x.push_back(s.particles.x[i][0]);
@@ -101,7 +135,7 @@ void check_against_literal(TimeScheme scheme, Start start, double part = -1)
         const double dt = (k % 3 ? 0.3 : 0.2) * courant_time_step(model, s.particles);
         method.step(s, dt);
         bar.step(dt, k == 0 ? (start == Start::leapfrog ? 0 : dt) : dt_prev, scheme,
-                 part < 0 ? (scheme == TimeScheme::usl ? 1.0 : 0.0) : part);
+                 part < 0 ? (scheme == TimeScheme::usl ? 1.0 : 0.0) : part, filter != Filter::none && (k + 1) % every == 0);
         dt_prev = dt;
         t += dt;
     }
@@ -126,6 +160,72 @@ TEST(Step, StrainVelocityEqualsTheLiteralBar)
 {
     for (TimeScheme scheme : {TimeScheme::usl, TimeScheme::musl})
         for (const double part : {0.0, 0.3, 1.0}) check_against_literal(scheme, Start::leapfrog, part);
+}
+
+/// XPIC as the particles' (1 - S R)^m, FMPM as a sum over nodes, in each step or each third.
+TEST(Step, FiltersEqualTheLiteralBar)
+{
+    for (const TimeScheme scheme : {TimeScheme::usf, TimeScheme::usl, TimeScheme::musl})
+        for (const Filter filter : {Filter::xpic, Filter::fmpm})
+            for (const int order : {1, 2, 5})
+                for (const int every : {1, 3}) {
+                    SCOPED_TRACE(std::string(name_of(scheme)) + " " + std::string(name_of(filter)) + " " + std::to_string(order) +
+                                 " " + std::to_string(every));
+                    check_against_literal(scheme, Start::leapfrog, -1, filter, order, every);
+                }
+}
+
+/// Of the first order both are PIC: all velocities come from the nodes. Of high order XPIC leaves a field that nodes see as it is, and
+/// every projection and domain takes both, also with corners that have velocities.
+TEST(Step, FiltersGoFromPicToFlip)
+{
+    std::vector<MethodSpec> specs;
+    for (const Preset& p : presets())
+        if (MethodSpec s = p.spec; updates_stress_last(s)) {
+            s.filter       = Filter::xpic;
+            s.filter_order = 1;
+            if (!broken_rule(s)) specs.push_back(s);
+        }
+    ASSERT_GT(specs.size(), 15u);
+    test::for_each_spec(specs, [](const MethodSpec& spec) {
+        SCOPED_TRACE(test::describe(spec));
+        auto end_of = [&](Filter filter, double order, double pic) {
+            Model<2> model            = test::unit_box<2>(8, spec);
+            model.method.filter       = filter;
+            model.method.filter_order = order;
+            model.method.pic_fraction = pic;
+            if (filter == Filter::none) model.method.filter_order = MethodSpec{}.filter_order;
+            const Explicit<2> method(model);
+            State<2> s = method.start(plant_all(model, test::block(model, 0.25, 0.75, 3)));
+            for (int i = 0; i < s.particles.count; ++i)
+                s.particles.v[i] = {0.1 * std::sin(5 * s.particles.x[i][1]), 0.1 * std::sin(7 * s.particles.x[i][0])};
+            for (std::size_t c = 0; c < s.particles.corner_velocity.size(); ++c)
+                s.particles.corner_velocity[c] = {0.1 * std::sin(5 * s.particles.corner[c][1]),
+                                                  0.1 * std::sin(7 * s.particles.corner[c][0])};
+            for (int k = 0; k < 3; ++k) method.step(s, 0.2 * courant_time_step(model, s.particles));
+            std::vector<double> r;
+            for (int i = 0; i < s.particles.count; ++i)
+                for (int a = 0; a < 2; ++a) r.push_back(s.particles.v[i][a]);
+            for (std::size_t c = 0; c < s.particles.corner_velocity.size(); ++c) r.push_back(s.particles.corner_velocity[c][0]);
+            return r;
+        };
+        auto distance = [](const std::vector<double>& a, const std::vector<double>& b) {
+            double r = 0.0;
+            for (std::size_t k = 0; k < a.size(); ++k) r = std::max(r, std::fabs(a[k] - b[k]));
+            return r;
+        };
+        const std::vector<double> pic = end_of(Filter::none, 2, 1.0), flip = end_of(Filter::none, 2, 0.0);
+        EXPECT_LT(distance(end_of(Filter::xpic, 1, 0), pic), 1e-14);
+        EXPECT_EQ(end_of(Filter::fmpm, 1, 0), pic);
+        if (spec.mass == MassMatrix::consistent) return;
+        for (const Filter filter : {Filter::xpic, Filter::fmpm}) {
+            const std::vector<double> second = end_of(filter, 2, 0);
+            EXPECT_GT(distance(second, pic), 1e-5);
+            if (!fits_velocity(spec)) {
+                EXPECT_LT(distance(second, flip), distance(pic, flip));
+            }
+        }
+    });
 }
 
 /// Every projection and mass matrix takes it: 0 and 1 are musl and usl, with their bits, and 0.4 differs from both.

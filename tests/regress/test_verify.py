@@ -439,6 +439,18 @@ class Settings(Verify):
                 self.assertEqual({**entry["parameters"], key: None}, {**default["parameters"], key: None})
                 self.assertNotEqual(entry["rows"][0]["error"], default["rows"][0]["error"])
 
+    def test_filters_lose_less_with_their_order(self):
+        """Two disks collide: PIC loses most of the energy, FMPM of order 8 below 2 % (Nairn, arXiv:2604.07307)."""
+        for name, least in (("xpic", [0.36, 0.88, 0.92, 0.94]), ("fmpm", [0.36, 0.90, 0.95, 0.98])):
+            kept = []
+            for order in (1, 2, 4, 8):
+                entry = self.measure_one("two-disks", "--method", name, "--cells", "20", "--set", f"method.filter_order={order}")
+                kept.append(entry["rows"][0]["quantities"]["total_energy"])
+            with self.subTest(name, kept=kept):
+                self.assertEqual(kept, sorted(kept))
+                self.assertTrue(all(a > b for a, b in zip(kept, least)))
+                self.assertLess(kept[0], 0.4)
+
     def test_a_preset_is_a_choice_of_axes(self):
         box = self.measure_one(*BAR, "--cells", "8", "--set", "method.domain=box")
         self.assertEqual(box["rows"][0]["error"], self.measure_one("vibration-1d", "--method", "ugimp", "--cells", "8")["rows"][0]["error"])

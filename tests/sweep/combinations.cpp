@@ -114,7 +114,8 @@ void check_conservation(const MethodSpec& spec, const LawRow& law)
         EXPECT_NEAR(before.momentum[a], after.momentum[a], keeps_momentum(spec) ? 1e-12 * size : 0.1 * size);
     EXPECT_TRUE(std::isfinite(after.total_energy()));
     EXPECT_GT(after.strain_energy, 0);
-    EXPECT_LT(after.total_energy(), 1.2 * before.total_energy());  // the part that affine fields hold is not counted
+    if (spec.filter != Filter::none && instability_of(spec)) return;  // a filter speeds up what grows
+    EXPECT_LT(after.total_energy(), 1.2 * before.total_energy());     // the part that affine fields hold is not counted
 }
 template <int D>
 void check_neo_hookean(const MethodSpec& spec)
@@ -275,6 +276,13 @@ TEST(Combinations, ForbiddenOnesSayWhy)
         specs.back().quadratic_viscosity = 1.5;
         specs.push_back(p.spec);
         specs.back().strain_velocity = 0.3;
+        specs.push_back(p.spec);
+        specs.back().filter_order = 3;
+        for (const double pic : {0.0, 0.1}) {
+            specs.push_back(p.spec);
+            specs.back().filter       = Filter::xpic;
+            specs.back().pic_fraction = pic;
+        }
         specs.push_back(p.spec);
         specs.back().tls        = Tls::velocity;
         specs.back().quadrature = Quadrature::cell;

@@ -249,6 +249,36 @@ TEST(StableCourantNumber, IsThatOfTheSpectrumBetweenMuslAndUsl)
     }
 }
 
+/// The same with filters: FMPM shortens the step of usl, by the root of its order, XPIC does not. Least squares grow from order 3 on.
+TEST(StableCourantNumber, IsThatOfTheSpectrumWithFilters)
+{
+    for (const char* name : {"mpm", "ugimp", "bscpdi2", "mls-bsmpm", "cpls", "imls-mpm"})
+        for (const Filter filter : {Filter::xpic, Filter::fmpm})
+            for (const double part : {0.0, 0.3, 1.0})
+                for (const double order : {1.0, 2.0, 4.0, 9.0}) {
+                    MethodSpec s      = preset(name);
+                    s.filter          = filter;
+                    s.filter_order    = order;
+                    s.strain_velocity = part;
+                    SCOPED_TRACE(std::string(name) + " " + std::string(name_of(filter)) + " " + std::to_string(order) + " " +
+                                 std::to_string(part));
+                    const double limit = stable_courant_number(s, 1);
+                    if (fits_velocity(s) && (order > 2 || part == 0)) {
+                        EXPECT_NE(instability_of(s), nullptr);
+                        continue;
+                    }
+                    EXPECT_LE(growth_anywhere(s, (1 - 1e-4) * limit), 1 + kGrowthTolerance);
+                    if (name == std::string("mpm") && filter == Filter::fmpm && 2 * part * order > 1) {
+                        EXPECT_NEAR(limit, 1 / std::sqrt(2 * part * order), 1e-15);
+                        EXPECT_GT(growth_anywhere(s, (1 + 2e-3) * limit), 1 + 1e-4);
+                    }
+                }
+    MethodSpec s   = preset("cpls");
+    s.filter       = Filter::fmpm;
+    s.filter_order = 4;
+    EXPECT_GT(growth_anywhere(s, 0.35), 1 + 1e-4);
+}
+
 /// The parts of the change of energy are all of it, and the power balance of the nodes closes, for every preset.
 TEST(EnergyBalance, Closes)
 {
