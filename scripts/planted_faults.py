@@ -136,7 +136,7 @@ FAULTS = [
     Fault("corners-move-first", "corners of cells move before the stress update: gradients at x^n+1", "method/explicit.cpp",
           [("@if (keeps_corner_velocity(method())) keep_velocities(s, nodes);@",
             "if (keeps_corner_velocity(method())) keep_velocities(s, nodes); "
-            "if (passes_.move_corners) move_corners(s, nodes, update, dt);"),
+            "if (passes_.move_corners) move_corners(s, nodes, nodes, dt);"),
            ("@if (passes_.move_corners) move_corners(s, nodes, update, dt);@", "")],
           ["pass:FiniteElements.EqualPlainOnesOnATurningRing"]),
     fault("condition-at-whole-step", "boundary velocities are those of t + dt instead of t + dt/2", "method/explicit.cpp",
@@ -440,7 +440,10 @@ FAULTS = [
 
     # time steps and sums
     fault("stable-step-of-full-cells", "the limit of hats and USL is that of full cells", "method/courant.cpp",
-          "limit = @1 / std::sqrt(std::max(2 * strain_velocity_of(s), 1.0))@;", "1.0", "verify:StableCourantNumber.IsSharp"),
+          "if (@mode * part > 1@) limit", "false", "verify:StableCourantNumber.IsSharp"),
+    fault("stable-step-of-plain-masses", "FMPM takes the steps of lumped mass", "method/courant.cpp",
+          "(s.filter == Filter::fmpm ? @s.filter_order@ : 1.0)", "1.0",
+          "verify:StableCourantNumber.IsThatOfTheSpectrumWithFilters"),
     fault("step-without-speed", "the time step forgets |v|", "method/courant.cpp",
           "speed = @speeds.wave(i) + norm(particles.v[i])@;", "speeds.wave(i)",
           "pass:Step.TimeStepIsThatOfTheFastestParticle"),
