@@ -24,14 +24,16 @@ double highest_frequency(const MethodSpec& s, bool has_surface)
     return has_surface ? cut[k] : s.removed_knots > 0 ? removed[k] : all[k];
 }
 
-}  // namespace
-
-double courant_scale(const MethodSpec& s, int dim, bool has_surface)
+/// By how much the filter multiplies the accelerations that the strain of the same step feels: those of what particles do not
+/// receive, at free surfaces too.
+double amplification(const MethodSpec& s)
 {
-    if (is_spline_fit(s)) {
-        const double reach = s.scheme == TimeScheme::rk3 ? 1.732 : 2.828;  // the stability limit on the imaginary axis
-        return reach / (highest_frequency(s, has_surface) * std::sqrt(dim));
-    }
+    return s.filter == Filter::fmpm && updates_stress_last(s) ? std::max(s.filter_order * strain_velocity_of(s), 1.0) : 1.0;
+}
+
+/// Of hats or splines with all functions, without a filter.
+double scale_of_basis(const MethodSpec& s, int dim)
+{
     const bool lumped    = s.mass == MassMatrix::lumped;
     const double several = lumped ? 1.0 : 1.0 / std::sqrt(dim);
     switch (s.basis) {
@@ -45,11 +47,22 @@ double courant_scale(const MethodSpec& s, int dim, bool has_surface)
     return 1.0;
 }
 
+}  // namespace
+
+double courant_scale(const MethodSpec& s, int dim, bool has_surface)
+{
+    if (is_spline_fit(s)) {
+        const double reach = s.scheme == TimeScheme::rk3 ? 1.732 : 2.828;  // the stability limit on the imaginary axis
+        return reach / (highest_frequency(s, has_surface) * std::sqrt(dim));
+    }
+    return scale_of_basis(s, dim) / std::sqrt(amplification(s));
+}
+
 double stable_courant_number(const MethodSpec& s, int dim, bool has_surface)
 {
     if (is_spline_fit(s)) return courant_scale(s, dim, has_surface);
     const bool is_point_spline = s.basis == Basis::bspline2 && s.domain == Domain::point;
-    double limit               = courant_scale(s, dim);
+    double limit               = scale_of_basis(s, dim);
     if (s.mass == MassMatrix::consistent && s.basis == Basis::hat) limit = std::min(limit, 0.5 / std::sqrt(dim));
     if (s.mass == MassMatrix::lumped && updates_stress_last(s)) {
         // One particle at the centre of each cell: the shortest wave moves no node, and the stress of a step is that of the
@@ -59,6 +72,17 @@ double stable_courant_number(const MethodSpec& s, int dim, bool has_surface)
         if (mode * part > 1) limit = std::min(limit, 1 / std::sqrt(mode * part));
     }
     return limit;
+}
+
+bool has_limit_of_strain(const MethodSpec& s)
+{
+    return s.mass == MassMatrix::consistent && s.domain != Domain::point && s.domain != Domain::box;
+}
+
+double stable_number_of_domains(double w)
+{
+    constexpr double least = 0.05;  // there and beyond only lumped rows keep the matrix regular
+    return w < 1 ? std::max((1 - w) * std::sqrt((1 + 2 * w) / (3 - 2 * w)), least) : least;
 }
 
 const std::vector<Instability>& instabilities()
@@ -152,11 +176,22 @@ class Speeds {
     bool is_constant_;
 };
 
-/// The shortest time in which a wave crosses a cell, s: h over (P-wave speed + |v|) for particles that spread to the grid, and
-/// 2/w of enriched cells, see enriched_time_step.
+/// How long a particle's domain is along axis a, cells: F of the cube of its initial volume.
 template <int D>
-double crossing_time(const Model<D>& model, const Particles<D>& particles)
+double cells_along(const Model<D>& model, const Particles<D>& p, std::ptrdiff_t i, int a)
 {
+    double square = 0.0;
+    for (int b = 0; b < D; ++b) square += p.F[i](a, b) * p.F[i](a, b);
+    return (square > 0 ? std::sqrt(square) : 1.0) * std::pow(p.V0[i], 1.0 / D) / model.h[a];
+}
+
+/// The shortest time in which a wave crosses a cell, s: h over (P-wave speed + |v|) for particles that spread to the grid, and
+/// 2/w of enriched cells, see enriched_time_step. `of_domains`: divided by what strain takes from the stable Courant number.
+template <int D>
+double crossing_time(const Model<D>& model, const Particles<D>& particles, bool of_domains = false)
+{
+    const double full     = stable_courant_number(model.method, 1);
+    const bool strains    = of_domains && has_limit_of_strain(model.method);
     const double enriched = enriched_time_step(model, particles);
     if (model.method.enrichment == Enrichment::all) return enriched;
     const Speeds<D> speeds(model, particles);
@@ -165,7 +200,11 @@ double crossing_time(const Model<D>& model, const Particles<D>& particles)
         [&](std::ptrdiff_t i) {
             const double speed = speeds.wave(i) + norm(particles.v[i]);
             double r           = 0.0;
-            for (int a = 0; a < D; ++a) r = std::max(r, speed / model.h[a]);
+            for (int a = 0; a < D; ++a) {
+                const double taken =
+                    strains ? std::max(full / stable_number_of_domains(cells_along(model, particles, i, a)), 1.0) : 1.0;
+                r = std::max(r, taken * speed / model.h[a]);
+            }
             return r;
         },
         [](double& total, double r) { total = std::max(total, r); });
@@ -221,13 +260,15 @@ double courant_time_step(const Model<D>& model, const Particles<D>& particles)
 template <int D>
 double stable_time_step(const Model<D>& model, const Particles<D>& particles)
 {
-    return combined(stable_courant_number(model) * crossing_time(model, particles), viscous_time_step(model, particles));
+    return combined(stable_courant_number(model) * crossing_time(model, particles, true), viscous_time_step(model, particles));
 }
 
 template <int D>
 double automatic_time_step(const Model<D>& model, const Particles<D>& particles, double cfl)
 {
-    const double limit = std::min(cfl * courant_scale(model), stable_courant_number(model)) * crossing_time(model, particles);
+    const double crossing = crossing_time(model, particles);
+    const double strained = has_limit_of_strain(model.method) ? crossing_time(model, particles, true) : crossing;
+    const double limit    = std::min(cfl * courant_scale(model) * crossing, stable_courant_number(model) * strained);
     return combined(limit, viscous_time_step(model, particles));
 }
 

@@ -24,6 +24,13 @@ double courant_scale(const MethodSpec& s, int dim, bool has_surface = false);
 /// and axis, at any position in the cell. At most courant_scale, which includes the ends of splines; lattices have no ends.
 double stable_courant_number(const MethodSpec& s, int dim, bool has_surface = false);
 
+/// Whether that number falls when domains grow: with the consistent mass and domains that follow F.
+bool has_limit_of_strain(const MethodSpec& s);
+/// The stable Courant number of hats with the consistent mass and domains of w cells side by side, whose functions are means over corners.
+/// The corners of a wave of two cells lie on a triangle wave, of autocorrelation C(w) = 1/3 - 2 w^2 + 4/3 w^3: its mass is (C(0) + C(w))/2
+/// and its stiffness 2 (C(0) - C(w))/w^2. At w = 1 it has no mass.
+double stable_number_of_domains(double w);
+
 /// A group of methods with waves that grow at any time step, however small, if particles are not at sub-cell centres, and the
 /// reason. Weak instabilities are not listed: least squares with one particle a cell (docs/verification.md).
 struct Instability {

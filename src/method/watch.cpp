@@ -48,7 +48,8 @@ void Watch<D>::before_step(const State<D>& s, double dt)
     // For most steps the largest motion of the last step shows that the limit is far, without looking at each particle.
     const auto [h_min, h_max] = std::minmax_element(model_.h.c, model_.h.c + D);
     double c                  = 0.0;
-    bool is_known             = s.particles.enriched.empty() && !has_artificial_viscosity(model_.method);
+    bool is_known =
+        s.particles.enriched.empty() && !has_artificial_viscosity(model_.method) && !has_limit_of_strain(model_.method);
     for (const Material& m : model_.materials) {
         c        = std::max(c, m.wave_speed());
         is_known = is_known && !changes_stiffness<D>(m);
@@ -59,11 +60,13 @@ void Watch<D>::before_step(const State<D>& s, double dt)
 
     const double limit = stable_time_step(model_, s.particles);
     if (dt <= limit * (1 + 1e-9)) return;
+    const char* of = !s.particles.enriched.empty()        ? "2/w of the cells as they are now"
+                     : has_limit_of_strain(model_.method) ? "h/(c + |v|) of the method, less where domains have grown"
+                                                          : "h/(c + |v|) of the method";
     find(WatchSpec::time_step,
-         fmt::format(
-             "step {}, t = {:.6g} s: the time step {:.4g} s is above the limit {:.4g} s = {:.3g} h/(c + |v|) of the method; {}; "
-             "use a smaller time.dt, or time.cfl",
-             s.n + 1, s.t, dt, limit, stable_courant_number(model_), fastest_particle(s)));
+         fmt::format("step {}, t = {:.6g} s: the time step {:.4g} s is above the limit {:.4g} s = {:.3g} {}; {}; use a "
+                     "smaller time.dt, or time.cfl",
+                     s.n + 1, s.t, dt, limit, stable_courant_number(model_), of, fastest_particle(s)));
 }
 
 template <int D>

@@ -4,6 +4,7 @@
 #include "method/diagnostics.hpp"
 #include "method/grid_sample.hpp"
 #include "method/planting.hpp"
+#include "method/watch.hpp"
 #include "spline/scheme.hpp"
 #include "verification/record.hpp"
 
@@ -95,6 +96,22 @@ class AfterStep : public Observer<D> {
     std::function<void(const State<D>&)> see_;
 };
 
+/// Says when the step was first above the limit of the method.
+template <int D>
+class StepLimit : public Observer<D> {
+  public:
+    explicit StepLimit(const Model<D>& model) : watch_(model, {}, [this](const std::string& said) { first_ = said; }) {}
+    void before_step(Simulation<D>& sim, const StepSize& size) override
+    {
+        if (first_.empty()) watch_.before_step(sim.state(), size.dt);
+    }
+    const std::string& first() const { return first_; }
+
+  private:
+    std::string first_;
+    Watch<D> watch_;
+};
+
 /// Takes all steps and calls `see(state)` after each. Fills seconds, and failed if the run ends early.
 template <int D>
 void run(Simulation<D>& sim, Row& row, Recorder<D>& recorder, const std::function<void(const State<D>&)>& see)
@@ -102,6 +119,8 @@ void run(Simulation<D>& sim, Row& row, Recorder<D>& recorder, const std::functio
     AfterStep<D> after(see);
     sim.add(recorder);
     sim.add(after);
+    StepLimit<D> limit(sim.model());
+    sim.add(limit);
     StageTimes times;
     sim.scheme().measure(&times);
     const auto begin         = std::chrono::steady_clock::now();
@@ -109,7 +128,7 @@ void run(Simulation<D>& sim, Row& row, Recorder<D>& recorder, const std::functio
     try {
         sim.run();
     } catch (const NumericalError& e) {
-        row.failed = e.what();
+        row.failed = limit.first().empty() ? e.what() : fmt::format("{}; before, {}", e.what(), limit.first());
         row.steps  = sim.state().n;
     }
     row.seconds            = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

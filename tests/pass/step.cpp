@@ -547,6 +547,29 @@ TEST(Step, TimeStepIsThatOfTheFastestParticle)
     EXPECT_NEAR(automatic_time_step(model, p, 0.9) * rate, limit, 1e-14);
 }
 
+/// With the consistent mass the limit falls where domains that follow F grow; two a cell at rest have that of the method.
+TEST(Step, LimitOfConsistentMassFallsWithDomains)
+{
+    auto limits = [](Domain domain, double stretch) {
+        Model<2> model    = test::unit_box<2>(20, domain);
+        model.method.mass = MassMatrix::consistent;
+        Particles<2> p    = plant_all(model, test::block(model, 0.25, 0.75, 2));
+        for (int i = 0; i < p.count; ++i) p.F[i] = Mat<2>::identity();
+        p.F[7](1, 1)      = stretch;
+        const double rest = courant_time_step(model, p) / courant_scale(model.method, 2);
+        return std::array{stable_time_step(model, p) / rest * std::sqrt(2.0),
+                          automatic_time_step(model, p, 1.0) / rest * std::sqrt(2.0)};
+    };
+    for (const Domain domain : {Domain::parallelepiped, Domain::cell, Domain::stretched_box}) {
+        EXPECT_NEAR(limits(domain, 1.0)[0], 0.5, 1e-14);
+        for (const double limit : limits(domain, 1.5)) EXPECT_NEAR(limit, stable_number_of_domains(0.75), 1e-14);
+    }
+    for (const Domain domain : {Domain::point, Domain::box}) EXPECT_NEAR(limits(domain, 1.5)[0], 0.5, 1e-14);
+    MethodSpec lumped;
+    lumped.domain = Domain::parallelepiped;
+    EXPECT_FALSE(has_limit_of_strain(lumped));
+}
+
 /// Mass, momentum and energies against plain sums, of particles that do not fill the last batch and have two laws.
 TEST(Step, TotalsAreSumsOverParticles)
 {

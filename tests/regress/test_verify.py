@@ -439,6 +439,14 @@ class Settings(Verify):
                 self.assertEqual({**entry["parameters"], key: None}, {**default["parameters"], key: None})
                 self.assertNotEqual(entry["rows"][0]["error"], default["rows"][0]["error"])
 
+    def test_failures_name_the_limit_of_the_step(self):
+        for method, mass, limit in (("cpdi1", "consistent", "less where domains have grown"), ("bsmpm", "consistent", "h/(c + |v|) of the method;"),
+                                    ("fem", "lumped", "cells as they are now")):
+            with self.subTest(method):
+                entry = self.measure_one("vibration-1d", "--method", method, "--cells", "128", "--set", "amplitude=0.1", "--set", f"method.mass={mass}")
+                self.assertIn("above the limit", entry["rows"][0]["failed"])
+                self.assertIn(limit, entry["rows"][0]["failed"])
+
     def test_filters_lose_less_with_their_order(self):
         """Two disks collide: PIC loses most of the energy, FMPM of order 8 below 2 % (Nairn, arXiv:2604.07307)."""
         for name, least in (("xpic", [0.36, 0.88, 0.92, 0.94]), ("fmpm", [0.36, 0.90, 0.95, 0.98])):

@@ -7,6 +7,7 @@
 #include "verification/energy_balance.hpp"
 #include "verification/lattice_operator.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -247,6 +248,34 @@ TEST(StableCourantNumber, IsThatOfTheSpectrumBetweenMuslAndUsl)
         op.assemble(0.4);
         EXPECT_EQ(op.growth(64) <= 1 + kGrowthTolerance, is_stable) << part;
     }
+}
+
+/// Domains side by side on a periodic line of hats, wherever they lie: 2/sqrt of the largest eigenvalue of M^-1 K with functions that are
+/// means over corners.
+TEST(StableCourantNumber, OfDomainsIsThatOfMatrices)
+{
+    constexpr int cells = 40;
+    auto hat            = [](double x) { return std::max(0.0, 1 - std::fabs(x)); };
+    for (const int count : {120, 80, 72, 64, 56, 50}) {
+        const double w = static_cast<double>(cells) / count;
+        double least   = 1.0;
+        for (int shift = 0; shift < 8; ++shift) {
+            Eigen::MatrixXd phi = Eigen::MatrixXd::Zero(count, cells), slope = phi;
+            for (int p = 0; p < count; ++p)
+                for (int i = 0; i < cells; ++i) {
+                    auto at     = [&](double corner) { return hat(std::remainder((p + shift / 8.0 + corner) * w - i, cells)); };
+                    phi(p, i)   = 0.5 * (at(-0.5) + at(0.5));
+                    slope(p, i) = (at(0.5) - at(-0.5)) / w;
+                }
+            const Eigen::MatrixXd M = phi.transpose() * phi, K = slope.transpose() * slope;
+            const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(K, M, Eigen::EigenvaluesOnly);
+            least = std::min(least, 2 / std::sqrt(solver.eigenvalues().maxCoeff()));
+        }
+        EXPECT_NEAR(least, stable_number_of_domains(w), 0.07 * least) << w;
+    }
+    EXPECT_NEAR(stable_number_of_domains(0.5), 0.5, 1e-15);
+    EXPECT_NEAR(stable_number_of_domains(1e-9), 1 / std::sqrt(3.0), 1e-8);
+    EXPECT_GT(stable_number_of_domains(1.2), 0.0);
 }
 
 /// The same with filters: FMPM shortens the step of usl, by the root of its order, XPIC does not. Least squares grow from order 3 on.

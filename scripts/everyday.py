@@ -1,0 +1,224 @@
+#!/usr/bin/env python3
+"""Runs presets through the cases of cases/everyday, and prints tables in Markdown (docs/which-method.md).
+
+    scripts/everyday.py PROGRAM [--methods cpdi1,cpls+strain_velocity=0.3] [--cases bounce,impact] [--results DIR] [--jobs 2]
+
+A method is a preset, with settings of [method] after it. Each case is compared with a fine reference: the same case on a grid of a quarter
+of the spacing (drop: half), with the method of REFERENCE. References are kept in the results. Needs numpy and VTK.
+"""
+
+import argparse
+import concurrent.futures
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+
+import numpy as np
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "python"))
+from ordo_figures import Frame, read_frames, read_history  # noqa: E402
+
+REFERENCE = {"shear": "bscpdi2"}  # else:
+USUAL_REFERENCE = "cpdi1"
+FINER = {"drop": 2}  # else 4
+EXCHANGED = ("potential_energy", "dissipated_energy", "boundary_work", "traction_work", "body_force_work", "artificial_viscosity_work", "damped_energy")
+SCHEME = ("stress_update_energy", "projection_energy", "filter_energy", "half_step_energy")
+
+
+# ---- runs ------------------------------------------------------------------------------------------------------------
+
+class Run:
+    """One case with one method: what it left, how it ended, and its CPU time, s."""
+
+    def __init__(self, program, case, method, directory, spacing=None, most=None):
+        self.case, self.method, self.directory = case, method, directory
+        preset, *settings = method.split("+")
+        call = ["prlimit", f"--cpu={most}"] if most else []
+        call += [program, "run", ROOT / "cases/everyday" / f"{case}.toml", "--output", directory, "--overwrite", "--quiet", "--threads", "1"]
+        for setting in (f"preset={preset}", *settings):
+            call += ["--set", f"method.{setting}"]
+        if spacing:
+            call += ["--set", f"grid.spacing={spacing}"]
+        with subprocess.Popen(call, stderr=subprocess.PIPE, text=True, env=os.environ | {"OMP_NUM_THREADS": "1"}) as process:
+            self.message = process.stderr.read()
+            _, status, usage = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(status)
+        self.code, self.seconds, self.most = process.returncode, usage.ru_utime + usage.ru_stime, most
+
+    @property
+    def outcome(self):
+        """Empty, or why there are no figures."""
+        if self.code == 0:
+            return ""
+        if self.code == 2:
+            return "refused"
+        if self.code < 0:
+            return f"over {self.most} s"
+        at = re.search(r"t = ([0-9.e+-]+) s", self.message)
+        what = "makes energy" if "the method has added" in self.message else "fails"
+        return f"{what}, {float(at[1]):.2g} s" if at else what
+
+
+def spacing_of(case):
+    return tomllib.loads((ROOT / "cases/everyday" / f"{case}.toml").read_text())["grid"]["spacing"]
+
+
+def reference(program, case, results):
+    return Run(program, case, REFERENCE.get(case, USUAL_REFERENCE), results / "reference" / case, spacing_of(case) / FINER.get(case, 4))
+
+
+# ---- fields ----------------------------------------------------------------------------------------------------------
+
+class Bins:
+    """Means over boxes of the initial configuration: mass, displacement at the time asked for, and stress by volume."""
+
+    def __init__(self, frame, time, size):
+        f = frame.fields
+        # Frames lie up to a step behind the time asked for.
+        u = f["displacement"] - f["velocity"] * (frame.time - time)
+        places = np.floor((frame.x - f["displacement"]) / size + 1e-6).astype(int)
+        keys, which = np.unique(np.column_stack([f["body"], places]), axis=0, return_inverse=True)
+        which = which.ravel()
+        total = lambda values, weight: np.array([np.bincount(which, weight * v) for v in np.atleast_2d(values.T)]).T
+        self.mass = np.bincount(which, f["mass"])
+        self.volume = np.bincount(which, f["volume"])
+        self.u = total(u, f["mass"]) / self.mass[:, None]
+        self.stress = total(f["stress"].reshape(len(u), -1), f["volume"]) / self.volume[:, None]
+        self.row = {tuple(key): k for k, key in enumerate(keys)}
+
+
+def errors(run, fine, case):
+    """In percent: displacement over the size of the bodies, the largest over the frames, and stress over its own size, over all frames."""
+    motion = off = whole = 0.0
+    end = tomllib.loads((ROOT / "cases/everyday" / f"{case}.toml").read_text())["time"]["end"]
+    size, dim = spacing_of(case) / 2, 3 if case == "drop" else 2
+    fine_frames, frames = read_frames(fine.directory), read_frames(run.directory)
+    for k in range(1, 5):
+        a, b = (Bins(Frame(of[k][1]), k * end / 4, size) for of in (frames, fine_frames))
+        pairs = np.array([(i, b.row[key]) for key, i in a.row.items() if key in b.row])
+        i, j = pairs.T
+        mean = lambda values, weight: np.sum(weight * np.sum(values**2, axis=1)) / np.sum(weight)
+        motion = max(motion, np.sqrt(mean(a.u[i] - b.u[j], b.mass[j])) / np.sum(b.volume) ** (1 / dim))
+        off += mean(a.stress[i] - b.stress[j], b.volume[j])
+        whole += mean(b.stress[j], b.volume[j])
+    return 100 * motion, 100 * np.sqrt(off / whole)
+
+
+# ---- energies --------------------------------------------------------------------------------------------------------
+
+def energies(run):
+    """In percent of all energy that was there or was exchanged: what the scheme took, what is between particles at the end, the largest
+    gain on the way; and how well the account closes and momentum is kept, as fractions."""
+    h = read_history(run.directory)
+    exchanged = [h[c] for c in EXCHANGED if c in h.dtype.names]
+    scale = h["total_energy"][0] + sum(np.max(np.abs(e - e[0])) for e in exchanged)
+    total = h["total_energy"] + sum(exchanged)
+    took = sum(h[c] for c in SCHEME)
+    parts = [h["total_energy"], *exchanged, *(h[c] for c in SCHEME)]
+    closure = np.max(np.abs(total + took - total[0])) / max(np.max(np.abs(p)) for p in parts)
+    return {"took": 100 * (total[0] - total[-1]) / scale, "noise": 100 * h["unresolved_kinetic_energy"][-1] / scale,
+            "gain": 100 * np.max(total - total[0]) / scale, "closure": closure, "momentum": momentum_error(run, h)}
+
+
+def momentum_error(run, h):
+    """Of the momentum that gravity, boundaries and tractions gave, over the largest impulse or momentum."""
+    case = tomllib.loads((pathlib.Path(run.directory) / "case.toml").read_text())
+    gravity = case.get("gravity", [0.0, 0.0, 0.0])
+    kick = 0.5 * (h["dt"] + np.concatenate([[0.0], h["dt"][:-1]]))
+    worst, scale = 0.0, 0.0
+    for axis, g in zip("xyz", gravity):
+        given = kick * g * h["mass"][0]
+        for name in h.dtype.names:
+            if name.endswith(f"_force_{axis}"):
+                given = given + kick * h[name]
+        given = np.cumsum(given)
+        p = h[f"momentum_{axis}"]
+        worst = max(worst, np.max(np.abs(p - p[0] - given)))
+        scale = max(scale, np.max(np.abs(p)), np.max(np.abs(given)))
+    return worst / max(scale, np.sqrt(2 * h["mass"][0] * np.max(h["kinetic_energy"])))
+
+
+# ---- tables ----------------------------------------------------------------------------------------------------------
+
+def table(title, methods, cases, text):
+    print(f"\n**{title}**\n\n| method | {' | '.join(cases)} |\n|---|{'---|' * len(cases)}")
+    for method in methods:
+        preset, *settings = method.split("+")
+        name = f"`{preset}`" + "".join(", `" + s.replace('"', "") + "`" for s in settings)
+        print(f"| {name} | {' | '.join(text(method, case) for case in cases)} |")
+
+
+def short(value):
+    return f"{value:.0f}" if abs(value) >= 9.95 else f"{value:.1f}" if abs(value) >= 0.995 else f"{value:.2f}"
+
+
+def main():
+    everything = sorted(f.stem for f in (ROOT / "cases/everyday").glob("*.toml"))
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("program")
+    options.add_argument("--methods", default="", help="default: all presets")
+    options.add_argument("--cases", default=",".join(everything))
+    options.add_argument("--results", type=pathlib.Path, default=pathlib.Path("results/everyday"))
+    options.add_argument("--most", type=int, default=60, help="CPU time of a run at most, s; not of references")
+    options.add_argument("--jobs", type=int, default=2)
+    options.add_argument("--messages", action="store_true", help="print those of runs that ended early")
+    o = options.parse_args()
+    program, cases = os.path.abspath(o.program), o.cases.split(",")
+    methods = o.methods.split(",") if o.methods else presets_of(program)
+    if unknown := set(cases) - set(everything):
+        sys.exit(f"everyday.py: there is no case {', '.join(sorted(unknown))}; there are {', '.join(everything)}")
+
+    def measure(case, method):
+        directory = o.results / case / re.sub(r"[^A-Za-z0-9=.+_-]", "", method)
+        run = Run(program, case, method, directory, most=o.most)
+        figures = {"outcome": run.outcome, "message": run.message, "seconds": run.seconds}
+        if run.code in (0, 1):
+            figures |= energies(run)
+        if not run.outcome:
+            figures["motion"], figures["stress"] = errors(run, fine[case], case)
+        shutil.rmtree(directory, ignore_errors=True)
+        return (method, case), figures
+
+    with concurrent.futures.ThreadPoolExecutor(o.jobs) as pool:
+        fine = dict(zip(cases, pool.map(lambda case: reference(program, case, o.results), cases)))
+        for case, run in fine.items():
+            if run.outcome:
+                sys.exit(f"everyday.py: the reference of {case} {run.outcome}: {run.message}")
+        seen = dict(pool.map(lambda pair: measure(*pair), [(case, method) for case in cases for method in methods]))
+
+    def cell(key):
+        return lambda method, case: seen[method, case]["outcome"] or short(seen[method, case][key])
+
+    def fraction(key):
+        return lambda method, case: f"{seen[method, case][key]:.0e}" if key in seen[method, case] else seen[method, case]["outcome"]
+
+    usual = lambda case: seen.get((USUAL_REFERENCE, case), {"seconds": np.nan})["seconds"]
+    table("Motion: error of the displacement, percent of the size of the bodies", methods, cases, cell("motion"))
+    table("Stress: error, percent of its own size", methods, cases, cell("stress"))
+    table("Energy that the method took, percent of all that was there or came", methods, cases, cell("took"))
+    table("Kinetic energy between particles at the end, percent of the same", methods, cases, cell("noise"))
+    table("Largest gain on the way, percent of the same", methods, cases, cell("gain"))
+    table("Account: what does not close, of the largest part", methods, cases, fraction("closure"))
+    table("Momentum that nothing gave, of the largest", methods, cases, fraction("momentum"))
+    table(f"CPU time over that of {USUAL_REFERENCE}", methods, cases,
+          lambda method, case: seen[method, case]["outcome"] or short(seen[method, case]["seconds"] / usual(case)))
+    if not o.messages:
+        return
+    print("\nMessages of runs that ended early:\n")
+    for (method, case), figures in seen.items():
+        if figures["outcome"] and figures["message"] and figures["outcome"] != "refused":
+            print(f"- {case}, {method}: {figures['message'].strip().splitlines()[-1]}")
+
+
+def presets_of(program):
+    listed = subprocess.run([program, "list", "methods"], capture_output=True, text=True, check=True).stdout
+    return re.findall(r"^  ([a-z0-9-]+) ", listed.split("\n\n")[0], re.MULTILINE)
+
+
+if __name__ == "__main__":
+    main()
