@@ -23,8 +23,9 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "python"))
 from ordo_figures import Frame, read_frames, read_history  # noqa: E402
 
-REFERENCE = {"shear": "bscpdi2"}  # else:
-USUAL_REFERENCE = "cpdi1"
+REFERENCE = {"shear": "bscpdi2", "long": "cpls", "pressure": "cpls", "pull": "cpls", "rotation": "cpls", "swing": "cpls"}  # else the usual method:
+USUAL = "cpdi1"
+CASES = sorted(f.stem for f in (ROOT / "cases/everyday").glob("*.toml"))
 FINER = {"drop": 2}  # else 4
 EXCHANGED = ("potential_energy", "dissipated_energy", "boundary_work", "traction_work", "body_force_work", "artificial_viscosity_work", "damped_energy")
 SCHEME = ("stress_update_energy", "projection_energy", "filter_energy", "half_step_energy")
@@ -35,15 +36,13 @@ SCHEME = ("stress_update_energy", "projection_energy", "filter_energy", "half_st
 class Run:
     """One case with one method: what it left, how it ended, and its CPU time, s."""
 
-    def __init__(self, program, case, method, directory, spacing=None, most=None):
+    def __init__(self, program, case, method, directory, settings=(), most=None):
         self.case, self.method, self.directory = case, method, directory
-        preset, *settings = method.split("+")
+        preset, *of_method = method.split("+")
         call = ["prlimit", f"--cpu={most}"] if most else []
         call += [program, "run", ROOT / "cases/everyday" / f"{case}.toml", "--output", directory, "--overwrite", "--quiet", "--threads", "1"]
-        for setting in (f"preset={preset}", *settings):
-            call += ["--set", f"method.{setting}"]
-        if spacing:
-            call += ["--set", f"grid.spacing={spacing}"]
+        for setting in (f"method.preset={preset}", *(f"method.{s}" for s in of_method), *settings):
+            call += ["--set", setting]
         with subprocess.Popen(call, stderr=subprocess.PIPE, text=True, env=os.environ | {"OMP_NUM_THREADS": "1"}) as process:
             self.message = process.stderr.read()
             _, status, usage = os.wait4(process.pid, 0)
@@ -60,16 +59,21 @@ class Run:
         if self.code < 0:
             return f"over {self.most} s"
         at = re.search(r"t = ([0-9.e+-]+) s", self.message)
-        what = "makes energy" if "the method has added" in self.message else "fails"
-        return f"{what}, {float(at[1]):.2g} s" if at else what
+        what = "gains" if "the method has added" in self.message else "fails"
+        return f"{what} {float(at[1]):.2g}" if at else what
+
+
+def input_of(case):
+    return tomllib.loads((ROOT / "cases/everyday" / f"{case}.toml").read_text())
 
 
 def spacing_of(case):
-    return tomllib.loads((ROOT / "cases/everyday" / f"{case}.toml").read_text())["grid"]["spacing"]
+    return input_of(case)["grid"]["spacing"]
 
 
 def reference(program, case, results):
-    return Run(program, case, REFERENCE.get(case, USUAL_REFERENCE), results / "reference" / case, spacing_of(case) / FINER.get(case, 4))
+    spacing = spacing_of(case) / FINER.get(case, 4)
+    return Run(program, case, REFERENCE.get(case, USUAL), results / "reference" / case, [f"grid.spacing={spacing}"])
 
 
 # ---- fields ----------------------------------------------------------------------------------------------------------
@@ -95,7 +99,7 @@ class Bins:
 def errors(run, fine, case):
     """In percent: displacement over the size of the bodies, the largest over the frames, and stress over its own size, over all frames."""
     motion = off = whole = 0.0
-    end = tomllib.loads((ROOT / "cases/everyday" / f"{case}.toml").read_text())["time"]["end"]
+    end = input_of(case)["time"]["end"]
     size, dim = spacing_of(case) / 2, 3 if case == "drop" else 2
     fine_frames, frames = read_frames(fine.directory), read_frames(run.directory)
     for k in range(1, 5):
@@ -158,11 +162,10 @@ def short(value):
 
 
 def main():
-    everything = sorted(f.stem for f in (ROOT / "cases/everyday").glob("*.toml"))
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("program")
     options.add_argument("--methods", default="", help="default: all presets")
-    options.add_argument("--cases", default=",".join(everything))
+    options.add_argument("--cases", default=",".join(CASES))
     options.add_argument("--results", type=pathlib.Path, default=pathlib.Path("results/everyday"))
     options.add_argument("--most", type=int, default=60, help="CPU time of a run at most, s; not of references")
     options.add_argument("--jobs", type=int, default=2)
@@ -170,8 +173,8 @@ def main():
     o = options.parse_args()
     program, cases = os.path.abspath(o.program), o.cases.split(",")
     methods = o.methods.split(",") if o.methods else presets_of(program)
-    if unknown := set(cases) - set(everything):
-        sys.exit(f"everyday.py: there is no case {', '.join(sorted(unknown))}; there are {', '.join(everything)}")
+    if unknown := set(cases) - set(CASES):
+        sys.exit(f"everyday.py: there is no case {', '.join(sorted(unknown))}; there are {', '.join(CASES)}")
 
     def measure(case, method):
         directory = o.results / case / re.sub(r"[^A-Za-z0-9=.+_-]", "", method)
@@ -197,7 +200,7 @@ def main():
     def fraction(key):
         return lambda method, case: f"{seen[method, case][key]:.0e}" if key in seen[method, case] else seen[method, case]["outcome"]
 
-    usual = lambda case: seen.get((USUAL_REFERENCE, case), {"seconds": np.nan})["seconds"]
+    usual = lambda case: seen.get((USUAL, case), {"seconds": np.nan})["seconds"]
     table("Motion: error of the displacement, percent of the size of the bodies", methods, cases, cell("motion"))
     table("Stress: error, percent of its own size", methods, cases, cell("stress"))
     table("Energy that the method took, percent of all that was there or came", methods, cases, cell("took"))
@@ -205,14 +208,15 @@ def main():
     table("Largest gain on the way, percent of the same", methods, cases, cell("gain"))
     table("Account: what does not close, of the largest part", methods, cases, fraction("closure"))
     table("Momentum that nothing gave, of the largest", methods, cases, fraction("momentum"))
-    table(f"CPU time over that of {USUAL_REFERENCE}", methods, cases,
+    table(f"CPU time over that of {USUAL}", methods, cases,
           lambda method, case: seen[method, case]["outcome"] or short(seen[method, case]["seconds"] / usual(case)))
-    if not o.messages:
-        return
-    print("\nMessages of runs that ended early:\n")
-    for (method, case), figures in seen.items():
-        if figures["outcome"] and figures["message"] and figures["outcome"] != "refused":
-            print(f"- {case}, {method}: {figures['message'].strip().splitlines()[-1]}")
+    if o.messages:
+        print("\nMessages of runs that ended early:\n")
+        for (method, case), figures in seen.items():
+            if figures["outcome"] and figures["message"] and figures["outcome"] != "refused":
+                print(f"- {case}, {method}: {figures['message'].strip().splitlines()[-1]}")
+    if open_accounts := [key for key, figures in seen.items() if not figures.get("closure", 0.0) < 1e-10]:
+        sys.exit(f"everyday.py: the account does not close in {open_accounts}")
 
 
 def presets_of(program):

@@ -22,6 +22,7 @@ minimal         clang++ without OpenMP, Gmsh and HDF5, for AVX2: all tests; at l
 clang           clang++ with all libraries and contracts: all tests
 avx2            `-O3` for AVX2, warnings are errors; unit and pass tests where the machine has it
 avx512          the same for AVX-512
+everyday        `scripts/everyday.py`: every preset in the everyday cases, whose accounts must close
 faults          `scripts/planted_faults.py`
 END
 }
@@ -62,6 +63,9 @@ step_avx() { # PRESET, the test for its instructions
 }
 step_avx2() { step_avx avx2 has_avx2; }
 step_avx512() { step_avx avx512 has_avx512; }
+step_everyday() {
+  build_preset release -DORDO_WERROR=ON && /usr/bin/python3 scripts/everyday.py build/release/ordo --results build/nightly/everyday
+}
 step_faults() { scripts/planted_faults.py --dir build/planted --markdown build/nightly/faults.md; }
 
 # record STEP RESULT MINUTES: puts the row of the step into the table.
