@@ -13,6 +13,7 @@ import os
 import pathlib
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tomllib
@@ -56,11 +57,12 @@ class Run:
             return ""
         if self.code == 2:
             return "refused"
-        if self.code < 0:
+        if self.most and self.code in (-signal.SIGXCPU, -signal.SIGKILL):
             return f"over {self.most} s"
-        at = re.search(r"t = ([0-9.e+-]+) s", self.message)
-        what = "gains" if "the method has added" in self.message else "fails"
-        return f"{what} {float(at[1]):.2g}" if at else what
+        end = re.search(r"the run failed: .*?t = ([0-9.e+-]+) s(.*)", self.message)
+        if self.code != 1 or not end:
+            sys.exit(f"everyday.py: {self.case} with {self.method} ended with {self.code}: {self.message}")
+        return f"{'gains' if 'the method has added' in end[2] else 'fails'} {float(end[1]):.2g}"
 
 
 def input_of(case):
@@ -125,7 +127,8 @@ def energies(run):
     took = sum(h[c] for c in SCHEME)
     parts = [h["total_energy"], *exchanged, *(h[c] for c in SCHEME)]
     closure = np.max(np.abs(total + took - total[0])) / max(np.max(np.abs(p)) for p in parts)
-    return {"took": 100 * (total[0] - total[-1]) / scale, "noise": 100 * h["unresolved_kinetic_energy"][-1] / scale,
+    projection = np.max(np.abs(h["projection_energy"])) / scale
+    return {"projection": projection, "took": 100 * (total[0] - total[-1]) / scale, "noise": 100 * h["unresolved_kinetic_energy"][-1] / scale,
             "gain": 100 * np.max(total - total[0]) / scale, "closure": closure, "momentum": momentum_error(run, h)}
 
 

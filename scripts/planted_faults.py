@@ -136,8 +136,8 @@ FAULTS = [
     Fault("corners-move-first", "corners of cells move before the stress update: gradients at x^n+1", "method/explicit.cpp",
           [("@if (keeps_corner_velocity(method())) keep_velocities(s, nodes);@",
             "if (keeps_corner_velocity(method())) keep_velocities(s, nodes); "
-            "if (passes_.move_corners) move_corners(s, nodes, nodes, dt);"),
-           ("@if (passes_.move_corners) move_corners(s, nodes, update, dt);@", "")],
+            "if (passes_.move_corners) move_corners(s, nodes, dt);"),
+           ("@if (passes_.move_corners) move_corners(s, nodes, dt);@", "")],
           ["pass:FiniteElements.EqualPlainOnesOnATurningRing"]),
     fault("condition-at-whole-step", "boundary velocities are those of t + dt instead of t + dt/2", "method/explicit.cpp",
           "const Kick by{{@s.t_v + dt_kick@, dt}, dt_kick};", "s.t + dt", "pass:Enrichment.GripsKeepTheirCorners"),

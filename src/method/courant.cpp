@@ -71,12 +71,20 @@ double stable_courant_number(const MethodSpec& s, int dim, bool has_surface)
         const double mode = s.basis == Basis::hat || is_point_spline ? 2.0 : 0.5;
         if (mode * part > 1) limit = std::min(limit, 1 / std::sqrt(mode * part));
     }
-    return limit;
+    return std::min(limit, courant_scale(s, dim));
 }
 
 bool has_limit_of_strain(const MethodSpec& s)
 {
-    return s.mass == MassMatrix::consistent && s.domain != Domain::point && s.domain != Domain::box;
+    return s.mass == MassMatrix::consistent && !has_tls_velocity(s) && s.domain != Domain::point && s.domain != Domain::box;
+}
+
+std::string_view unit_of_limit(const MethodSpec& s)
+{
+    if (s.enrichment == Enrichment::all) return "times 2/w of the cells as they are now";
+    if (has_enrichment(s)) return "h/(c + |v|) of the method, or times 2/w of enriched cells as they are now";
+    return has_limit_of_strain(s) ? "h/(c + |v|) of the method, less where domains are longer than half a cell"
+                                  : "h/(c + |v|) of the method";
 }
 
 double stable_number_of_domains(double w)
@@ -176,13 +184,25 @@ class Speeds {
     bool is_constant_;
 };
 
-/// How long a particle's domain is along axis a, cells: F of the cube of its initial volume.
+/// How long a particle's domain is along axis a, cells. Before the start of a run F is 0.
 template <int D>
 double cells_along(const Model<D>& model, const Particles<D>& p, std::ptrdiff_t i, int a)
 {
-    double square = 0.0;
-    for (int b = 0; b < D; ++b) square += p.F[i](a, b) * p.F[i](a, b);
-    return (square > 0 ? std::sqrt(square) : 1.0) * std::pow(p.V0[i], 1.0 / D) / model.h[a];
+    if (has_cells(model.method)) {
+        const CornerIds<D>& cell = p.cell[i];
+        double low = p.corner[cell[0]][a], high = low;
+        for (int c = 1; c < cell.count(); ++c) {
+            low  = std::min(low, p.corner[cell[c]][a]);
+            high = std::max(high, p.corner[cell[c]][a]);
+        }
+        return (high - low) / model.h[a];
+    }
+    const Mat<D> F = det(p.F[i]) > 0 ? p.F[i] : Mat<D>::identity();
+    if (model.method.domain == Domain::stretched_box) return 2 * F(a, a) * p.half0[i][a] / model.h[a];
+    const Mat<D> edges = F * p.edges0[i];
+    double square      = 0.0;
+    for (int b = 0; b < D; ++b) square += edges(a, b) * edges(a, b);
+    return 2 * std::sqrt(square) / model.h[a];
 }
 
 /// The shortest time in which a wave crosses a cell, s: h over (P-wave speed + |v|) for particles that spread to the grid, and

@@ -26,6 +26,8 @@ double stable_courant_number(const MethodSpec& s, int dim, bool has_surface = fa
 
 /// Whether that number falls when domains grow: with the consistent mass and domains that follow F.
 bool has_limit_of_strain(const MethodSpec& s);
+/// What the number counts, for messages: "the limit is 0.5 .."
+std::string_view unit_of_limit(const MethodSpec& s);
 /// The stable Courant number of hats with the consistent mass and domains of w cells side by side, whose functions are means over corners.
 /// The corners of a wave of two cells lie on a triangle wave, of autocorrelation C(w) = 1/3 - 2 w^2 + 4/3 w^3: its mass is (C(0) + C(w))/2
 /// and its stiffness 2 (C(0) - C(w))/w^2. At w = 1 it has no mass.

@@ -85,8 +85,9 @@ void Explicit<D>::take_step(State<D>& s, double dt) const
     if (keeps_corner_velocity(method())) keep_velocities(s, nodes);
     Lanes* update = filters(s) ? filter(s, nodes, by) : nodes;
 
+    if (has_corner_samples()) move_corners(s, sweep(s, update, 0.0));  // v_c
     update_particles(s, nodes, update, strain, dt, by);
-    if (passes_.move_corners) move_corners(s, nodes, update, dt);  // cells: x_c, then x_p and V_p
+    if (passes_.move_corners) move_corners(s, nodes, dt);  // cells: x_c, then x_p and V_p
     for (std::size_t k = 0; k < model().walls.size(); ++k) s.wall_shifts[k] += dt * model().walls[k].velocity_at(by.when.t);
     if (!model().obstacles.empty()) ordo::move(model().obstacles, model().contacts, dt, s.contacts);
     const double before = s.t;
@@ -203,7 +204,7 @@ void Explicit<D>::set_velocities(State<D>& s, Lanes* nodes) const
     view.sums_energy = false;
     gather(s, passes_.update_velocity, view);
     if (passes_.keep) gather(s, passes_.keep, view);
-    if (!s.particles.corner_velocity.empty()) move_corners(s, view);
+    if (has_corner_samples()) move_corners(s, view);
 }
 
 /// Takes the components of a term of the filter that conditions and walls hold: they give their impulses to the particles.
@@ -211,10 +212,14 @@ template <int D>
 void Explicit<D>::hold_term(State<D>& s, Lanes* term, const Kick& by) const
 {
     const ExchangeSums<D> sums = exchange_sums(s, by);
+    const double before        = s.account.boundary_work();
     s.field.constraints.add_impulses(model().conditions, by.when, sums, [&](std::ptrdiff_t node, int a) {
         return -term[node][NodeLane::mass] * std::exchange(term[node][NodeLane::velocity + a], 0.0);
     });
     s.field.wall_nodes.repeat(model().walls, s.wall_shifts, term, std::vector<Vec<D>>(model().walls.size()), by.when, sums);
+    const double given = before - s.account.boundary_work();  // on top of the kick's, which the account has
+    s.account.nodes.constraints += given;
+    s.account.filtered += given;
 }
 
 /// Keeps the nodes before a kick, for the account.
@@ -493,15 +498,11 @@ void Explicit<D>::report_projection(State<D>& s, const Lanes* nodes, bool has_ve
     s.projection.set(mass_and_momentum(s.particles.view()), after);
 }
 
-/// Corners take velocities from the nodes of `update`, if they have any, and move with `nodes`.
 template <int D>
-void Explicit<D>::move_corners(State<D>& s, Lanes* nodes, Lanes* update, double dt) const
+void Explicit<D>::move_corners(State<D>& s, Lanes* nodes, double dt) const
 {
     Sweep<D> view = sweep(s, nodes, dt);
-    if (update != nodes) {
-        if (view.p.corner_velocity) move_corners(s, sweep(s, update, 0.0));
-        view.p.corner_velocity = nullptr;
-    }
+    if (has_corner_samples()) view.p.corner_velocity = nullptr;  // they have it already
     move_corners(s, view);
     gather(s, passes_.follow_corners, nodes, dt);
 }

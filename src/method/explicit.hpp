@@ -64,7 +64,7 @@ class Explicit final : public Scheme<D> {
     void fit_cells(State<D>& s) const;
     void report_projection(State<D>& s, const Lanes* nodes, bool has_velocities) const;
     void find_gradients(State<D>& s, const Lanes* nodes) const;
-    void move_corners(State<D>& s, Lanes* nodes, Lanes* update, double dt) const;
+    void move_corners(State<D>& s, Lanes* nodes, double dt) const;
     void move_corners(State<D>& s, const Sweep<D>& view) const;
     void scatter(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const;
     void scatter_points(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const;
@@ -76,6 +76,8 @@ class Explicit final : public Scheme<D> {
     void gather_tiles(State<D>& s, const RunPass& run) const;
     void constrain(State<D>& s, Lanes* nodes, const Kick& by, Velocity of) const;
     Sweep<D> sweep(State<D>& s, Lanes* nodes, double dt) const;
+    /// Shared corners of cells have velocities, which fits take as samples.
+    bool has_corner_samples() const { return method().samples == Samples::corners && has_cells(method()); }
     /// The part of the nodes' velocity in that of particles after the coming step.
     double pic_fraction(const State<D>& s) const
     {

@@ -165,7 +165,7 @@ constexpr Choice<Filter> choices_of_filter[] = {
     {Filter::fmpm, "fmpm",
      "FMPM(k), k = filter_order: node velocities sum_{l<k} (1 - R S)^l v_i, an approximate inverse of the consistent mass "
      "matrix, "
-     "become those of particles, positions and strains (Nairn & Hammerquist 2021)"}};
+     "move particles and positions, and with scheme usl strains (Nairn & Hammerquist 2021)"}};
 constexpr AxisRow<Filter> row_of(Filter)
 {
     return {"filter", "removes velocities of particles that nodes do not see", choices_of_filter};
@@ -306,7 +306,7 @@ const std::vector<Rule>& rules()
          "filter_order or filter_every without a filter", "set filter to xpic or fmpm"},
         {[](const MethodSpec& s) { return s.filter != Filter::none && (s.update != Update::flip || s.pic_fraction > 0); },
          "filter with pic_fraction or an update other than flip",
-         "these remove what nodes do not see themselves; filter_order 1 is PIC"},
+         "they already remove what nodes do not see, and filter_order 1 is PIC"},
         {[](const MethodSpec& s) { return s.filter != Filter::none && is_spline_fit(s); }, "filter with projection spline-fit",
          "null_damping is its filter"},
         {[](const MethodSpec& s) { return s.filter != Filter::none && has_enrichment(s); }, "filter with enrichment",

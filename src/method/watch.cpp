@@ -60,13 +60,10 @@ void Watch<D>::before_step(const State<D>& s, double dt)
 
     const double limit = stable_time_step(model_, s.particles);
     if (dt <= limit * (1 + 1e-9)) return;
-    const char* of = !s.particles.enriched.empty()        ? "2/w of the cells as they are now"
-                     : has_limit_of_strain(model_.method) ? "h/(c + |v|) of the method, less where domains have grown"
-                                                          : "h/(c + |v|) of the method";
     find(WatchSpec::time_step,
          fmt::format("step {}, t = {:.6g} s: the time step {:.4g} s is above the limit {:.4g} s = {:.3g} {}; {}; use a "
                      "smaller time.dt, or time.cfl",
-                     s.n + 1, s.t, dt, limit, stable_courant_number(model_), of, fastest_particle(s)));
+                     s.n + 1, s.t, dt, limit, stable_courant_number(model_), unit_of_limit(model_.method), fastest_particle(s)));
 }
 
 template <int D>

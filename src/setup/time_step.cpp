@@ -22,9 +22,10 @@ void require_stable(const TimeSpec& time, const Model<D>& model, const Particles
         fail("cfl", fmt::format("must be positive and at most 1 (got {})", time.cfl));
     const double limit = stable_time_step(model, particles);
     if (time.dt && *time.dt > limit)
-        fail("dt", fmt::format("{} s is above the limit {:.4g} s = {:.3g} h/(c + |v|) of the method, the P-wave speed and "
-                               "the particle speed; use a smaller step, or cfl = 0.4",
-                               *time.dt, limit, stable_courant_number(model)));
+        fail("dt", fmt::format(
+                       "{} s is above the limit {:.4g} s = {:.3g} {} (c is the P-wave speed, v that of particles); use a smaller "
+                       "step, or cfl = 0.4",
+                       *time.dt, limit, stable_courant_number(model), unit_of_limit(model.method)));
     const double steps = time.end / time_step(time, model, particles);
     if (!(steps <= 1e12)) fail("end", fmt::format("takes about {:.1g} time steps; use a larger step or a shorter time", steps));
 }

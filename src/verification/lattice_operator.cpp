@@ -78,6 +78,8 @@ LatticeOperator<D>::LatticeOperator(const ParticleLattice& lattice)
     if (has_enrichment(model.method))
         throw InputError("enriched corners: a periodic lattice of particles has no interface, and its seam would cut finite "
                          "elements; use cpdi2");
+    if (model.method.filter != Filter::none && model.method.filter_every > 1)
+        throw InputError("filter_every above 1: steps differ, and one matrix does not describe them; use filter_every = 1");
     state_                = scheme_->start(plant_all(model, seeds_of<D>(lattice)));
     const Particles<D>& p = state_.particles;
     particles_            = p.count / static_cast<int>(std::lround(std::pow(cells_, D)));

@@ -103,9 +103,16 @@ class StepLimit : public Observer<D> {
     explicit StepLimit(const Model<D>& model) : watch_(model, {}, [this](const std::string& said) { first_ = said; }) {}
     void before_step(Simulation<D>& sim, const StepSize& size) override
     {
-        if (first_.empty()) watch_.before_step(sim.state(), size.dt);
+        if (!first_.empty()) return;
+        const auto begin         = std::chrono::steady_clock::now();
+        const std::clock_t start = std::clock();
+        watch_.before_step(sim.state(), size.dt);
+        seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+        seconds_cpu += static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     }
     const std::string& first() const { return first_; }
+
+    double seconds = 0.0, seconds_cpu = 0.0;  ///< what looking took
 
   private:
     std::string first_;
@@ -131,8 +138,8 @@ void run(Simulation<D>& sim, Row& row, Recorder<D>& recorder, const std::functio
         row.failed = limit.first().empty() ? e.what() : fmt::format("{}; before, {}", e.what(), limit.first());
         row.steps  = sim.state().n;
     }
-    row.seconds            = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    row.seconds_cpu        = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+    row.seconds            = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() - limit.seconds;
+    row.seconds_cpu        = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC - limit.seconds_cpu;
     row.seconds_body_force = times.seconds[StageTimes::body_force];
     sim.scheme().measure(nullptr);
     if (!row.failed.empty()) recorder.finish(sim.state());

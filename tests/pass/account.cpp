@@ -245,6 +245,31 @@ TEST(SchemeEnergy, OfFreeFallIsHalfAStep)
         }
 }
 
+/// Boundaries hold the terms of a filter: the account has the work of these impulses on both sides, and none of it is left as half a step.
+TEST(SchemeEnergy, HasTheWorkOfFilters)
+{
+    auto after_a_step = [](Filter filter, double order) {
+        MethodSpec method       = find_preset("cpdi1")->spec;
+        method.filter           = filter;
+        method.filter_order     = order;
+        setup::CaseSpec<2> spec = pushed_block(method);
+        spec.gravity            = {};  // their works come from motion, which FMPM changes
+        spec.tractions.clear();
+        for (auto& body : spec.bodies) body.body_force = {Field(0.0), Field(0.0)};
+        Simulation<2> sim(setup::build(spec));
+        sim.step();
+        return std::pair(scheme_energy(totals(sim.model(), sim.state().particles), sim.state()),
+                         sim.state().account.boundary_work());
+    };
+    for (const Filter filter : {Filter::xpic, Filter::fmpm}) {
+        const auto [first, work_of_first] = after_a_step(filter, 1);
+        const auto [fourth, work]         = after_a_step(filter, 4);
+        EXPECT_GT(std::fabs(work - work_of_first), 0.01 * std::fabs(work));
+        EXPECT_NEAR(fourth.half_step, first.half_step, 1e-12 * std::fabs(work));
+        EXPECT_NEAR(fourth.projection, 0.0, 1e-12 * std::fabs(work));
+    }
+}
+
 /// A block with waves in it and no forces from outside. Of the stress update, usl takes energy and musl hardly any; the blend lies
 /// between them. Constraints do nothing. What PIC takes in a step is the difference that it makes.
 TEST(SchemeEnergy, SplitsWhatTheSchemeTakes)

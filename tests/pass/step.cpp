@@ -265,7 +265,15 @@ TEST(Step, StrainVelocityGoesFromMuslToUsl)
 /// Free fall: v = g (t - dt/2), x = g t^2/2 exactly, for leapfrog is exact for constant acceleration.
 TEST(Step, FreeFallIsExact)
 {
-    test::for_each_spec(test::all_shapes(), [](const MethodSpec& spec) {
+    std::vector<MethodSpec> specs = test::all_shapes();
+    for (const char* name : {"bscpls", "cpls", "ugimp"})  // corners with velocities, with gradients, and none
+        for (const double part : {0.0, 0.3, 1.0})
+            for (const Filter filter : {Filter::none, Filter::xpic, Filter::fmpm}) {
+                specs.push_back(find_preset(name)->spec);
+                specs.back().strain_velocity = part;
+                specs.back().filter          = filter;
+            }
+    test::for_each_spec(specs, [](const MethodSpec& spec) {
         SCOPED_TRACE(test::describe(spec));
         Model<2> model = test::unit_box<2>(20, spec);
         model.gravity  = {0.1, -2.0};
@@ -560,11 +568,21 @@ TEST(Step, LimitOfConsistentMassFallsWithDomains)
         return std::array{stable_time_step(model, p) / rest * std::sqrt(2.0),
                           automatic_time_step(model, p, 1.0) / rest * std::sqrt(2.0)};
     };
-    for (const Domain domain : {Domain::parallelepiped, Domain::cell, Domain::stretched_box}) {
+    for (const Domain domain : {Domain::parallelepiped, Domain::stretched_box}) {
         EXPECT_NEAR(limits(domain, 1.0)[0], 0.5, 1e-14);
         for (const double limit : limits(domain, 1.5)) EXPECT_NEAR(limit, stable_number_of_domains(0.75), 1e-14);
     }
     for (const Domain domain : {Domain::point, Domain::box}) EXPECT_NEAR(limits(domain, 1.5)[0], 0.5, 1e-14);
+    // Lengths are those along each axis: three particles a cell along x, two along y of cells half as long.
+    for (const Domain domain : {Domain::parallelepiped, Domain::cell, Domain::stretched_box}) {
+        Model<2> model    = test::unit_box<2>(20, domain);
+        model.method.mass = MassMatrix::consistent;
+        model.h[1] *= 0.5;
+        model.cells[1] *= 2;
+        const Particles<2> p = plant_all(model, fill(Ball<2>{{0.5, 0.5}, 0.25}, SubCells<2>{{}, model.h, {3, 2}}));
+        const double rest    = courant_time_step(model, p) / courant_scale(model.method, 2);
+        EXPECT_NEAR(stable_time_step(model, p) / rest * std::sqrt(2.0), 0.5, 1e-12);
+    }
     MethodSpec lumped;
     lumped.domain = Domain::parallelepiped;
     EXPECT_FALSE(has_limit_of_strain(lumped));

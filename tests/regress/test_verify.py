@@ -440,7 +440,7 @@ class Settings(Verify):
                 self.assertNotEqual(entry["rows"][0]["error"], default["rows"][0]["error"])
 
     def test_failures_name_the_limit_of_the_step(self):
-        for method, mass, limit in (("cpdi1", "consistent", "less where domains have grown"), ("bsmpm", "consistent", "h/(c + |v|) of the method;"),
+        for method, mass, limit in (("cpdi1", "consistent", "less where domains are longer"), ("bsmpm", "consistent", "h/(c + |v|) of the method;"),
                                     ("fem", "lumped", "cells as they are now")):
             with self.subTest(method):
                 entry = self.measure_one("vibration-1d", "--method", method, "--cells", "128", "--set", "amplitude=0.1", "--set", f"method.mass={mass}")
