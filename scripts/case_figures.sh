@@ -21,9 +21,10 @@ draw() {  # NAME, then options of `ordo_figures.py snapshots`
 [ $# -gt 0 ] || set -- two-disks wall-rebound two-balls ball-on-wall cantilever vibrating-bar pressure-ring \
     bimaterial-bar bimaterial-ring bimaterial-sphere touching-bodies oedometer incline strip-footing vertical-cut granular-column taylor-bar \
     cook-membrane water-column dam-break two-disks-contact block-on-incline shaken-table spinning-rings hertz-contact two-spheres-contact \
-    block-on-plate press-fit rolling-cylinder ball-through-slab gears wheel-on-sand
+    block-on-plate press-fit rolling-cylinder ball-through-slab gears wheel-on-sand everyday
 for case in "$@"; do
     case $case in
+    everyday) "$python" scripts/everyday.py "$ordo" --methods 'cpdi1,cpdi1+scheme="musl",cpls,fmpm' --results build/cases/everyday --figure cases/everyday/figure.png ;;
     touching-bodies) draw "$case" --times 0.0,0.1,0.2 --field velocity ;;
     oedometer) draw "$case" --times 0.0,1.0,2.0 --field stress_yy --curve history.csv:press_force_y ;;
     vertical-cut) draw "$case" --times 15,20,30 --field plastic_strain --limits 0,0.5 --curve energies ;;

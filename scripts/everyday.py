@@ -128,7 +128,8 @@ def energies(run):
     parts = [h["total_energy"], *exchanged, *(h[c] for c in SCHEME)]
     closure = np.max(np.abs(total + took - total[0])) / max(np.max(np.abs(p)) for p in parts)
     projection = np.max(np.abs(h["projection_energy"])) / scale
-    return {"projection": projection, "took": 100 * (total[0] - total[-1]) / scale, "noise": 100 * h["unresolved_kinetic_energy"][-1] / scale,
+    parts = {c: 100 * h[c][-1] / scale for c in SCHEME}
+    return {"parts": parts, "projection": projection, "took": 100 * (total[0] - total[-1]) / scale, "noise": 100 * h["unresolved_kinetic_energy"][-1] / scale,
             "gain": 100 * np.max(total - total[0]) / scale, "closure": closure, "momentum": momentum_error(run, h)}
 
 
@@ -155,9 +156,40 @@ def momentum_error(run, h):
 def table(title, methods, cases, text):
     print(f"\n**{title}**\n\n| method | {' | '.join(cases)} |\n|---|{'---|' * len(cases)}")
     for method in methods:
-        preset, *settings = method.split("+")
-        name = f"`{preset}`" + "".join(", `" + s.replace('"', "") + "`" for s in settings)
+        name = "`" + label_of(method).replace(", ", "`, `") + "`"
         print(f"| {name} | {' | '.join(text(method, case) for case in cases)} |")
+
+
+def label_of(method):
+    preset, *settings = method.split("+")
+    return ", ".join([preset, *settings]).replace('"', "")
+
+
+def draw(file, methods, cases, seen):
+    """What the method took in each case, by where it went: bars of the methods side by side, up for taken and down for added."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    names = {"stress_update_energy": "in the stress update", "projection_energy": "in the projection", "filter_energy": "by filters and PIC",
+             "half_step_energy": "between half steps"}
+    figure, axes = plt.subplots(figsize=(11, 4.5), layout="constrained")
+    width, hatches = 0.8 / len(methods), ["", "//", "..", "xx"]
+    for m, method in enumerate(methods):
+        place = np.arange(len(cases)) + (m - (len(methods) - 1) / 2) * width
+        above, below = np.zeros(len(cases)), np.zeros(len(cases))
+        for k, (part, name) in enumerate(names.items()):
+            value = np.array([seen[method, case].get("parts", {}).get(part, 0.0) if not seen[method, case]["outcome"] else 0.0 for case in cases])
+            axes.bar(place, value, 0.94 * width, bottom=np.where(value > 0, above, below), color=f"C{k}", hatch=hatches[m % 4], edgecolor="white",
+                     linewidth=0.5, label=name if m == 0 else None)
+            above, below = above + np.maximum(value, 0), below + np.minimum(value, 0)
+    axes.axhline(0, color="black", linewidth=0.8)
+    axes.set_xticks(range(len(cases)), cases)
+    axes.set_ylabel("energy taken, % of all that was there or came")
+    axes.set_title("From left to right: " + "; ".join(label_of(method) for method in methods), fontsize=10)
+    axes.legend()
+    figure.savefig(file, dpi=110)
 
 
 def short(value):
@@ -172,6 +204,7 @@ def main():
     options.add_argument("--results", type=pathlib.Path, default=pathlib.Path("results/everyday"))
     options.add_argument("--most", type=int, default=60, help="CPU time of a run at most, s; not of references")
     options.add_argument("--jobs", type=int, default=2)
+    options.add_argument("--figure", help="a picture of what the methods took, and where; for a few methods")
     options.add_argument("--messages", action="store_true", help="print those of runs that ended early")
     o = options.parse_args()
     program, cases = os.path.abspath(o.program), o.cases.split(",")
@@ -213,6 +246,8 @@ def main():
     table("Momentum that nothing gave, of the largest", methods, cases, fraction("momentum"))
     table(f"CPU time over that of {USUAL}", methods, cases,
           lambda method, case: seen[method, case]["outcome"] or short(seen[method, case]["seconds"] / usual(case)))
+    if o.figure:
+        draw(o.figure, methods, cases, seen)
     if o.messages:
         print("\nMessages of runs that ended early:\n")
         for (method, case), figures in seen.items():
