@@ -600,7 +600,8 @@ def give_size(figure, panels, size, columns=1):
     aspects = [a.get_aspect() for a in panels]
     for a in panels:
         a.set_aspect("auto")
-    for _ in range(3):
+    figure.set_size_inches(figure.get_size_inches() + 2)  # a layout without room for all labels is not applied
+    for _ in range(4):
         figure.draw_without_rendering()
         lacking = size - panels[0].get_position().size * figure.get_size_inches()
         figure.set_size_inches(figure.get_size_inches() + lacking * [columns, 1])

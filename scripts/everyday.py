@@ -173,7 +173,7 @@ def draw(file, methods, cases, seen):
     import matplotlib.pyplot as plt
 
     names = {"stress_update_energy": "in the stress update", "projection_energy": "in the projection", "filter_energy": "by filters and PIC",
-             "half_step_energy": "between half steps"}
+             "half_step_energy": "between half steps, by stops at walls"}
     figure, axes = plt.subplots(figsize=(11, 4.5), layout="constrained")
     width, hatches = 0.8 / len(methods), ["", "//", "..", "xx"]
     for m, method in enumerate(methods):

@@ -411,11 +411,12 @@ class Counter {
         flops += samples * targets * size * 2 * kLanes;
         add(Stage::fit, flops, bytes + kRecord * size * (active_ + 2 * targets_));
     }
-    /// L D L^T, the first row of the inverse, and its product with the right-hand sides.
+    /// L D L^T, the first row of the inverse, and its product with the right-hand sides; with a limiter also what slopes explain.
     void solve_velocity()
     {
-        const int n = unknowns();
-        add(Stage::fit, massive_ * (ldl_flops(n) + ldl_solve_flops(n) + D * 2 * n),
+        const int n           = unknowns();
+        const double limiting = method_.limiter == Limiter::none ? 0.0 : D * (n * (n - 1) + 3 * n);
+        add(Stage::fit, massive_ * (ldl_flops(n) + ldl_solve_flops(n) + D * 2 * n + limiting),
             kRecord * (active_ + massive_ * (1 + passes_.velocity_fit.size)));
     }
     /// Contents of the cells; a multiply-add with each number of a record for each particle and target; then the points.

@@ -19,7 +19,7 @@ struct GridInput : Located {
 };
 
 struct MethodInput : Located {
-    std::string preset = "cpdi1";
+    std::string preset = "cpls-limited";
     Words axes;       ///< choices by axis keys
     Numbers numbers;  ///< by the names of settings()
 };

@@ -49,6 +49,20 @@ struct Ldl {
             for (int k = i + 1; k < N; ++k) b[i] -= L[k][i] * b[k];
     }
 
+    /// The parts of b^T M^-1 b: of the first unknown alone, and what the others add. With b the right-hand side of a least-squares fit
+    /// they are what the mean explains of the squares of the values, and what the other monomials explain besides.
+    ORDO_HD void explain(const double (&b)[N], double& mean, double& others) const
+    {
+        double y[N];
+        mean   = D[0] == 0.0 ? 0.0 : b[0] * b[0] / D[0];
+        others = 0.0;
+        for (int i = 0; i < N; ++i) {
+            y[i] = b[i];
+            for (int k = 0; k < i; ++k) y[i] -= L[i][k] * y[k];
+            if (i > 0 && D[i] != 0.0) others += y[i] * y[i] / D[i];
+        }
+    }
+
     /// x with L D L^T x = (1, 0, 0, ...): x . b is the first entry of the solution for any b.
     ORDO_HD void first_row(double (&x)[N]) const
     {

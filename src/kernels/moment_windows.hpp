@@ -13,14 +13,14 @@
 namespace ordo {
 
 /// Collects samples, then spreads them to targets one cell apart, W targets per axis and sample.
-template <int D, int degree, int fields, class Places, int W>
+template <int D, int degree, int fields, class Places, int W, int totals = 0>
 class MomentWindows {
     static_assert(Places::is_even);
-    using M = Moments<D, degree, fields>;
+    using M = Moments<D, degree, fields, totals>;
 
   public:
     /// Adds samples at cell coordinates y with values u, in the first `count` lanes; the other lanes must repeat some of them.
-    ORDO_FLAT void add(const Vec<D, Lanes>& y, const Lanes (&u)[fields], int count)
+    ORDO_FLAT void add(const Vec<D, Lanes>& y, const Lanes (&u)[M::values], int count)
     {
         if (kept_[0].size() < static_cast<std::size_t>(count_) + 8)
             for (auto& numbers : kept_) numbers.resize(2 * numbers.size() + 64);
@@ -32,7 +32,7 @@ class MomentWindows {
             low_[a]  = count_ == 0 ? first : smaller(low_[a], first);
             high_[a] = count_ == 0 ? first : larger(high_[a], first);
         }
-        for (int f = 0; f < fields; ++f) keep(2 * D + f, u[f]);
+        for (int f = 0; f < M::values; ++f) keep(2 * D + f, u[f]);
         count_ += count;
     }
 
@@ -41,7 +41,7 @@ class MomentWindows {
     void spread(const Lattice<D>& g, Lanes* records, int used = fields)
     {
         if (count_ == 0) return;
-        used_ = M::products + used * M::unknowns;
+        used_ = used == fields ? M::numbers : M::products + used * M::unknowns;
         for (int t = 0; t < targets; ++t) offset_[t] = g.offset(window.place[t]) * M::size;
         sort();
         Lanes weight[batch][parts];
@@ -144,12 +144,12 @@ class MomentWindows {
             return make_lanes(p[at[0]], p[at[1]], p[at[2]], p[at[3]], p[at[4]], p[at[5]], p[at[6]], p[at[7]]);
         };
         Vec<D, Lanes> place;
-        Lanes u[fields], numbers[M::numbers], row[D][W];
+        Lanes u[M::values], numbers[M::numbers], row[D][W];
         for (int a = 0; a < D; ++a) {
             place[a] = get(D + a);
             spline_row<W>(place[a] + middle, row[a]);
         }
-        for (int f = 0; f < fields; ++f) u[f] = get(2 * D + f);
+        for (int f = 0; f < M::values; ++f) u[f] = get(2 * D + f);
         M::evaluate(place, u, numbers);
         for (int n = 0; n < M::numbers; ++n) __builtin_memcpy(&number[n][i], &numbers[n], sizeof(Lanes));
 
@@ -270,7 +270,7 @@ class MomentWindows {
     static constexpr Window window{};
 
     // For each sample: first target and distance from the middle of the window along each axis, cells; values of the fields.
-    std::array<std::vector<double>, 2 * D + fields> kept_;
+    std::array<std::vector<double>, 2 * D + M::values> kept_;
     Vec<D, Lanes> low_{}, high_{};  ///< bounds of the first targets
     int count_ = 0, used_ = 0;
     std::vector<int> window_, order_, begin_;

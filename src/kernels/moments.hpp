@@ -18,28 +18,31 @@
 
 namespace ordo {
 
-/// Records for polynomials of a degree in D coordinates and `fields` values per sample.
-template <int D, int degree, int fields>
+/// Records for polynomials of a degree in D coordinates and `fields` values per sample; of `totals` values more only the
+/// weighted sum is kept.
+template <int D, int degree, int fields, int totals = 0>
 struct Moments {
     static constexpr int unknowns = Monomials<D, degree>::count;
     static constexpr int products = Monomials<D, 2 * degree>::count;  ///< distinct entries of M
-    static constexpr int numbers  = products + fields * unknowns;
+    static constexpr int values   = fields + totals;                  ///< of a sample
+    static constexpr int numbers  = products + fields * unknowns + totals;
     static constexpr int size     = (numbers + 7) / 8;  ///< Lanes of a record
 
     using Record = Lanes[size];
 
     /// The numbers that a sample of weight 1 at a distance from the target adds to its record.
     template <class T>
-    ORDO_FLAT static void evaluate(const Vec<D, T>& distance, const T (&u)[fields], T (&number)[numbers])
+    ORDO_FLAT static void evaluate(const Vec<D, T>& distance, const T (&u)[values], T (&number)[numbers])
     {
         T p[products];
         Monomials<D, 2 * degree>::evaluate(distance, p);
         for (int k = 0; k < products; ++k) number[k] = p[k];
         for (int f = 0; f < fields; ++f)
             for (int k = 0; k < unknowns; ++k) number[products + f * unknowns + k] = u[f] * p[k];
+        for (int f = 0; f < totals; ++f) number[products + fields * unknowns + f] = u[fields + f];
     }
     /// Adds a sample: the plain form of `spread`.
-    ORDO_HD static void add(Lanes* record, const Vec<D>& distance, double weight, const double (&u)[fields])
+    ORDO_HD static void add(Lanes* record, const Vec<D>& distance, double weight, const double (&u)[values])
     {
         double number[numbers];
         evaluate(distance, u, number);
@@ -49,7 +52,7 @@ struct Moments {
     /// Adds a sample at cell coordinates y to the records of all its targets; record k of the lattice starts at
     /// records[k * size]. Each number of a record is a product of one factor per axis: weight times a power of the distance.
     template <class Places, int W>
-    ORDO_FLAT static void spread(const Lattice<D>& g, Lanes* records, const Vec<D>& y, const double (&u)[fields])
+    ORDO_FLAT static void spread(const Lattice<D>& g, Lanes* records, const Vec<D>& y, const double (&u)[values])
     {
         constexpr int capacity = Places::template capacity<W>;
         Lanes factor[D][capacity][size];
@@ -68,8 +71,8 @@ struct Moments {
                 }
         }
         for (int q = 0; q < size; ++q) {
-            Lanes value = masks.field[fields][q];
-            for (int f = 0; f < fields; ++f) value += masks.field[f][q] * u[f];
+            Lanes value = masks.field[values][q];
+            for (int f = 0; f < values; ++f) value += masks.field[f][q] * u[f];
             for (int k = 0; k < (Places::is_even ? capacity : count[D - 1]); ++k)
                 factor[D - 1][k][q] = factor[D - 1][k][q] * value;
         }
@@ -99,6 +102,8 @@ struct Moments {
     {
         return get(record, products + field * unknowns) / weight(record);
     }
+    /// The weighted sum of value f of `totals`.
+    ORDO_HD static double total(const Lanes* record, int f) { return get(record, products + fields * unknowns + f); }
     ORDO_FLAT static double get(const Lanes* record, int k) { return record[k / 8][k % 8]; }
     ORDO_FLAT static double& at(Lanes* record, int k) { return record[k / 8][k % 8]; }
 
@@ -131,26 +136,28 @@ struct Moments {
         for (int k = 0; k < size * 8; ++k) {
             if (k < products)
                 r[k] = {monomials<D, 2 * degree>.exponent[k], -1};
-            else if (k < numbers)
+            else if (k < products + fields * unknowns)
                 r[k] = {monomials<D, degree>.exponent[(k - products) % unknowns], (k - products) / unknowns};
+            else if (k < numbers)
+                r[k] = {{}, k - products - fields * unknowns + fields};
             else
-                r[k] = {{}, fields};  // spare
+                r[k] = {{}, values};  // spare
         }
         return r;
     }
     static constexpr std::array<Number, size* 8> factors = make_numbers();
 
     /// power[a][e][q] is 1 in the lanes of part q of a record whose power along axis a is e; field[f][q] is 1 in those that are
-    /// multiplied by field f, where f = fields stands for none.
+    /// multiplied by value f, where f = values stands for none.
     struct Masks {
         Lanes power[D][2 * degree + 1][size]{};
-        Lanes field[fields + 1][size]{};
+        Lanes field[values + 1][size]{};
 
         Masks()
         {
             for (int k = 0; k < numbers; ++k) {
                 for (int a = 0; a < D; ++a) power[a][factors[k].power[a]][k / 8][k % 8] = 1.0;
-                field[factors[k].field < 0 ? fields : factors[k].field][k / 8][k % 8] = 1.0;
+                field[factors[k].field < 0 ? values : factors[k].field][k / 8][k % 8] = 1.0;
             }
         }
     };

@@ -1,4 +1,5 @@
 // Velocities of nodes as least-squares fits to the particles, or to particles and corners (CPLS): projections mls and imls.
+// With limiter slope the records also have the sum of |v|^2.
 #pragma once
 
 #include "kernels/moment_windows.hpp"
@@ -77,8 +78,20 @@ ORDO_FLAT inline void for_each_sample(const Sweep<D>& s, bool with_corners, int 
     }
 }
 
+/// The record of a node.
+template <int D, int degree, bool is_limited>
+using VelocityMoments = Moments<D, degree, D, is_limited>;
+
+/// The values of a sample in the record.
+template <int D, bool is_limited, class T>
+ORDO_FLAT inline void set_values(const Vec<D, T>& v, T (&value)[D + is_limited])
+{
+    for (int a = 0; a < D; ++a) value[a] = v[a];
+    if constexpr (is_limited) value[D] = dot(v, v);
+}
+
 /// Adds the samples of particles [begin, end) to the records of the nodes.
-template <int D, int degree, class Places, int W>
+template <int D, int degree, class Places, int W, bool is_limited>
 void spread_velocity(const Sweep<D>& sweep, Lanes* records, bool with_corners, int begin, int end)
 {
     const Sweep<D> s = sweep;
@@ -87,21 +100,25 @@ void spread_velocity(const Sweep<D>& sweep, Lanes* records, bool with_corners, i
         return x;
     };
     if constexpr (Places::is_even && D > 1) {
-        thread_local MomentWindows<D, degree, D, Places, W> windows;  // keeps its memory
+        thread_local MomentWindows<D, degree, D, Places, W, is_limited> windows;  // keeps its memory
         for_each_sample(s, with_corners, begin, end, [&](const Vec<D, Lanes>& x, const Vec<D, Lanes>& v, int count) {
-            windows.add(coordinates(x), v.c, count);
+            Lanes value[D + is_limited];
+            set_values<D, is_limited>(v, value);
+            windows.add(coordinates(x), value, count);
         });
         windows.spread(s.lattice, records);
     } else {
         for_each_sample(s, with_corners, begin, end, [&](const Vec<D, Lanes>& x, const Vec<D, Lanes>& v, int count) {
             const Vec<D, Lanes> y = coordinates(x);
             for (int k = 0; k < count; ++k) {
-                Vec<D> at, value;
+                Vec<D> at, v_k;
                 for (int a = 0; a < D; ++a) {
-                    at[a]    = y[a][k];
-                    value[a] = v[a][k];
+                    at[a]  = y[a][k];
+                    v_k[a] = v[a][k];
                 }
-                Moments<D, degree, D>::template spread<Places, W>(s.lattice, records, at, value.c);
+                double value[D + is_limited];
+                set_values<D, is_limited>(v_k, value);
+                VelocityMoments<D, degree, is_limited>::template spread<Places, W>(s.lattice, records, at, value);
             }
         });
     }
@@ -110,12 +127,32 @@ void spread_velocity(const Sweep<D>& sweep, Lanes* records, bool with_corners, i
 /// The mass that marks a node with a velocity but without mass.
 inline constexpr double kHasVelocity = std::numeric_limits<double>::min();
 
+/// The part of a fit that a node takes with limiter slope; the rest is the projection by mass. Of the variance of the samples' velocities
+/// slopes explain one part and leave another. Where they explain eight times what they leave the node takes all of the fit, below twice, as
+/// at a jump, none of it (docs/energy.md).
+template <int D, class M>
+double part_of_fit(const Lanes* record, const Ldl<M::unknowns>& fit)
+{
+    constexpr double none = 2.0, all = 8.0, round_off = 1e-13;
+    const double squares = M::total(record, 0);
+    double explained = 0.0, left = squares;
+    for (int a = 0; a < D; ++a) {
+        double b[M::unknowns], mean, slopes;
+        M::right_side(record, a, b);
+        fit.explain(b, mean, slopes);
+        explained += slopes;
+        left -= mean + slopes;
+    }
+    if (left <= round_off * squares || explained >= all * left) return 1.0;
+    return explained <= none * left ? 0.0 : (explained / left - none) / (all - none);
+}
+
 /// Velocities of nodes [first, end) from their records; (m v)_i/m_i if a node has no sample.
-template <int D, int degree>
+template <int D, int degree, bool is_limited>
 void solve_velocity(Lanes* nodes, const Lanes* records, const FitChoices& choices, std::ptrdiff_t first, std::ptrdiff_t end,
                     FitReport& report)
 {
-    using M = Moments<D, degree, D>;
+    using M = VelocityMoments<D, degree, is_limited>;
     for (std::ptrdiff_t i = first; i < end; ++i) {
         const double m = nodes[i][NodeLane::mass];
         if (!(m > 0) && !choices.everywhere) continue;
@@ -137,11 +174,14 @@ void solve_velocity(Lanes* nodes, const Lanes* records, const FitChoices& choice
             continue;
         }
         fit.first_row(row);
+        double part = 1.0;
+        if constexpr (is_limited) part = m > 0 ? part_of_fit<D, M>(record, fit) : 1.0;
         for (int a = 0; a < D; ++a) {
             M::right_side(record, a, b);
             double v = 0.0;
             for (int k = 0; k < M::unknowns; ++k) v += row[k] * b[k];
-            nodes[i][NodeLane::velocity + a] = v;
+            double& velocity = nodes[i][NodeLane::velocity + a];
+            velocity         = part == 1.0 ? v : part * v + (1.0 - part) * velocity / m;
         }
     }
 }

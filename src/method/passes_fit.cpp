@@ -9,21 +9,29 @@ namespace ordo {
 
 namespace {
 
-template <int D, int degree, class Places, int W>
+template <int D, int degree, bool is_limited, class Places, int W>
 VelocityFitPasses<D> velocity_fit()
 {
-    return {Moments<D, degree, D>::size, spread_velocity<D, degree, Places, W>, solve_velocity<D, degree>};
+    return {VelocityMoments<D, degree, is_limited>::size, spread_velocity<D, degree, Places, W, is_limited>,
+            solve_velocity<D, degree, is_limited>};
 }
 
-template <int D, int degree, class Places>
+template <int D, int degree, bool is_limited, class Places>
 VelocityFitPasses<D> velocity_fit_of(Weight weight)
 {
     switch (weight) {
-    case Weight::hat: return velocity_fit<D, degree, Places, 2>();
-    case Weight::quadratic: return velocity_fit<D, degree, Places, 3>();
-    case Weight::cubic: return velocity_fit<D, degree, Places, 4>();
+    case Weight::hat: return velocity_fit<D, degree, is_limited, Places, 2>();
+    case Weight::quadratic: return velocity_fit<D, degree, is_limited, Places, 3>();
+    case Weight::cubic: return velocity_fit<D, degree, is_limited, Places, 4>();
     }
     throw std::logic_error("velocity_fit_of: unhandled choice");
+}
+
+template <int D, int degree, bool is_limited>
+VelocityFitPasses<D> velocity_fit_on(const MethodSpec& spec)
+{
+    return has_splines(spec) ? velocity_fit_of<D, degree, is_limited, SplineNodes>(spec.weight)
+                             : velocity_fit_of<D, degree, is_limited, HatNodes>(spec.weight);
 }
 
 template <int D, int degree>
@@ -70,10 +78,8 @@ template <int D>
 VelocityFitPasses<D> choose_velocity_fit(const MethodSpec& spec)
 {
     if (!fits_velocity(spec)) return {};
-    return with_degree(spec.degree, [&](auto degree) {
-        return has_splines(spec) ? velocity_fit_of<D, degree.value, SplineNodes>(spec.weight)
-                                 : velocity_fit_of<D, degree.value, HatNodes>(spec.weight);
-    });
+    if (spec.limiter == Limiter::slope) return velocity_fit_on<D, 1, true>(spec);
+    return with_degree(spec.degree, [&](auto degree) { return velocity_fit_on<D, degree.value, false>(spec); });
 }
 
 template <int D>

@@ -12,6 +12,7 @@ enum class CornerVelocity { remapped, kept };
 enum class Projection { mass, gradient_enhanced, affine, polynomial, mls, imls, tls, spline_fit };
 enum class Weight { hat, quadratic, cubic };
 enum class Samples { particles, corners };
+enum class Limiter { none, slope };
 enum class Tls { both, velocity, stress };
 enum class Quadrature { particle, cell, gauss, spline };
 enum class CellVolume { full, filled };
@@ -33,6 +34,7 @@ struct MethodSpec {
     Projection projection          = Projection::mass;
     Weight weight                  = Weight::cubic;
     Samples samples                = Samples::particles;
+    Limiter limiter                = Limiter::none;
     Tls tls                        = Tls::both;
     Quadrature quadrature          = Quadrature::particle;
     CellVolume cell_volume         = CellVolume::full;

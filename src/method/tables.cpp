@@ -109,6 +109,13 @@ constexpr Choice<Samples> choices_of_samples[] = {
      "once and carry their own velocity"}};
 constexpr AxisRow<Samples> row_of(Samples) { return {"samples", "the data of the fits mls and imls", choices_of_samples}; }
 
+constexpr Choice<Limiter> choices_of_limiter[] = {{Limiter::none, "none", "all of the fit"},
+                                                  {Limiter::slope, "slope",
+                                                   "the fit where its slopes explain the samples' velocities, the projection by "
+                                                   "mass where they do not, as where bodies meet; gains no "
+                                                   "energy there (docs/energy.md)"}};
+constexpr AxisRow<Limiter> row_of(Limiter) { return {"limiter", "what nodes take of the fits mls and imls", choices_of_limiter}; }
+
 constexpr Choice<Tls> choices_of_tls[] = {
     {Tls::both, "both", "density and momentum for the nodes' velocities, stress for the forces"},
     {Tls::velocity, "velocity", "density and momentum; forces from the particles"},
@@ -268,6 +275,8 @@ const std::vector<Rule>& rules()
          "only enrichment layers has a number of layers: set enrichment to layers"},
         {[](const MethodSpec& s) { return s.samples == Samples::corners && !fits_velocity(s); },
          "samples corners with a projection other than mls and imls", "only least squares have samples"},
+        {[](const MethodSpec& s) { return s.limiter != Limiter::none && (!fits_velocity(s) || s.degree != 1); },
+         "limiter with a projection other than mls and imls, or a degree other than 1", "it limits the slopes of linear fits"},
         {[](const MethodSpec& s) { return s.samples == Samples::corners && s.domain == Domain::point; },
          "samples corners with domain point", "a point has no corners: use domain box or parallelepiped"},
         {[](const MethodSpec& s) {
@@ -462,6 +471,12 @@ const std::vector<Preset>& presets()
         {"cpls",
          "cpdi1 with improved MLS velocity from particles and corners (Tran et al. 2019)",
          {.domain = Domain::parallelepiped, .projection = Projection::imls, .samples = Samples::corners}},
+        {"cpls-limited",
+         "cpls with fits limited where bodies meet: no energy from impacts (docs/energy.md)",
+         {.domain     = Domain::parallelepiped,
+          .projection = Projection::imls,
+          .samples    = Samples::corners,
+          .limiter    = Limiter::slope}},
         {"bscpls",
          "cpls with cells on quadratic splines: contact of second order (docs/contact.md)",
          {.basis = Basis::bspline2, .domain = Domain::cell, .projection = Projection::imls, .samples = Samples::corners}},

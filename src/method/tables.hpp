@@ -29,6 +29,7 @@ struct Choice {
     AXIS(Projection)     \
     AXIS(Weight)         \
     AXIS(Samples)        \
+    AXIS(Limiter)        \
     AXIS(Tls)            \
     AXIS(Quadrature)     \
     AXIS(CellVolume)     \
@@ -83,6 +84,7 @@ void for_each_axis(F&& f)
     f(&MethodSpec::projection);
     f(&MethodSpec::weight);
     f(&MethodSpec::samples);
+    f(&MethodSpec::limiter);
     f(&MethodSpec::tls);
     f(&MethodSpec::quadrature);
     f(&MethodSpec::cell_volume);

@@ -107,9 +107,9 @@ template <int D>
 std::string Watch<D>::remedy_for_growth() const
 {
     const MethodSpec& m = model_.method;
-    const bool fits     = m.projection == Projection::mls || m.projection == Projection::imls || m.projection == Projection::tls;
-    if (fits || m.quadrature != Quadrature::particle)
-        return "least squares and fits in cells gain energy in impacts and at free surfaces: use cpdi1 or bscpdi2 there "
+    const bool gains    = (fits_velocity(m) && m.limiter == Limiter::none) || m.projection == Projection::tls;
+    if (gains || m.quadrature != Quadrature::particle)
+        return "least squares and fits in cells gain energy in impacts and at free surfaces: use cpls-limited or cpdi1 there "
                "(docs/which-method.md), or a smaller time step";
     std::string more;
     if (m.domain == Domain::point) more += " or a method with particle domains (cpdi1)";

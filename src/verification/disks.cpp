@@ -65,7 +65,17 @@ Case two_disks()
               .set    = {},
               .cells  = {20},
               .bars   = {value_between("total_energy", 20, 0.945, 0.965), value_at_most("largest_total_energy", 20, 1.001),
-                         value_at_most("momentum_change", 20, 1e-12)}}}};
+                         value_at_most("momentum_change", 20, 1e-12)}},
+             {.method = "cpls-limited",
+              .set    = {},
+              .cells  = {20},
+              .bars   = {value_between("total_energy", 20, 0.945, 0.975), value_at_most("largest_total_energy", 20, 1.001),
+                         value_at_most("momentum_change", 20, 1e-12)}},
+             {.method = "cpls-limited",
+              .set    = {{"method.strain_velocity", 0.3}},
+              .cells  = {20},
+              .bars   = {value_between("total_energy", 20, 0.96, 0.98), value_at_most("largest_total_energy", 20, 1.001)}},
+             {.method = "cpls", .set = {}, .cells = {20}, .bars = {value_between("largest_total_energy", 20, 1.003, 1.02)}}}};
 }
 
 Case wall_rebound()

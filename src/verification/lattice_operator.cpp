@@ -78,6 +78,9 @@ LatticeOperator<D>::LatticeOperator(const ParticleLattice& lattice)
     if (has_enrichment(model.method))
         throw InputError("enriched corners: a periodic lattice of particles has no interface, and its seam would cut finite "
                          "elements; use cpdi2");
+    if (model.method.limiter != Limiter::none)
+        throw InputError(
+            "limiter: what nodes take depends on the velocities, and no matrix describes the step; use limiter = none");
     if (model.method.filter != Filter::none && model.method.filter_every > 1)
         throw InputError("filter_every above 1: steps differ, and one matrix does not describe them; use filter_every = 1");
     state_                = scheme_->start(plant_all(model, seeds_of<D>(lattice)));

@@ -13,7 +13,7 @@ import everyday  # noqa: E402
 
 SCHEMES = ["cpdi1+scheme=usf", "cpdi1+scheme=musl", "cpls+scheme=musl", "cpls+strain_velocity=0.3", "cpls+filter=fmpm", "ugimp+filter=xpic+filter_every=3"]
 BY_MASS = ("mpm", "ugimp", "xpic", "fmpm", "cpgimp", "cpdi1", "cpdi2", "cpdi2t", "bscpdi2", "bsmpm", "ddmpm")
-RUN_ALL = ("cpdi1", "cpdi2", "cpdi2t", "icpdi1", "icpdi2", "cpls", "bscpls", "bscpdi2")
+RUN_ALL = ("cpdi1", "cpdi2", "cpdi2t", "icpdi1", "icpdi2", "cpls", "cpls-limited", "bscpls", "bscpdi2")
 CHANGES_MOMENTUM = ("impm", "tls-", "cpls+filter")
 
 

@@ -63,7 +63,7 @@ class Watch(InTemporaryDirectory):
             with self.subTest(preset):
                 done = self.run_case(case, "--overwrite", "--set", f"method.preset={preset}")
                 self.assertEqual(done.returncode, 1, done.stderr)
-                self.assertRegex(done.stderr, r"the method has added .*use cpdi1 or bscpdi2")
+                self.assertRegex(done.stderr, r"the method has added .*use cpls-limited or cpdi1")
         for preset in ("ugimp", "cpdi1", "cpdi2", "bscpdi2", "bsmpm", "apic"):
             with self.subTest(preset):
                 self.run_good(case, "--overwrite", "--set", f"method.preset={preset}")

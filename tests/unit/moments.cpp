@@ -19,27 +19,27 @@ Lattice<D> lattice_of(int cells, int degree, bool periodic = false)
 
 /// Every record that `spread` fills, or that windows fill, is the one that `add` fills sample by sample with the weight of each
 /// target. Half of the samples share a cell, so that windows of many and of few are among them.
-template <int D, int degree, class Places, int W>
+template <int D, int degree, class Places, int W, int totals = 0>
 void compare_spread_with_add(const Lattice<D>& g, Random& random)
 {
-    using M = Moments<D, degree, D + 1>;
+    using M = Moments<D, degree, D + 1, totals>;
     std::vector<Lanes> fast(g.node_count() * M::size, Lanes{}), plain = fast, windowed = fast;
-    MomentWindows<D, degree, D + 1, std::conditional_t<Places::is_even, Places, HatNodes>, W> windows;
+    MomentWindows<D, degree, D + 1, std::conditional_t<Places::is_even, Places, HatNodes>, W, totals> windows;
     Vec<D, Lanes> places{};
-    Lanes values[D + 1]{};
+    Lanes values[M::values]{};
     int lane = 0, lanes = 1;
     for (int s = 0; s < 72; ++s) {
         Vec<D> y{};
-        double u[D + 1];
+        double u[M::values];
         for (int a = 0; a < D; ++a) y[a] = g.margin + uniform(random, 0, s % 2 ? 1 : g.cells[a]);
         for (double& value : u) value = uniform(random, -1, 1);
         M::template spread<Places, W>(g, fast.data(), y, u);
         for (int a = 0; a < D; ++a) places[a][lane] = y[a];
-        for (int f = 0; f <= D; ++f) values[f][lane] = u[f];
+        for (int f = 0; f < M::values; ++f) values[f][lane] = u[f];
         if (++lane == lanes) {
             for (int k = lanes; k < 8; ++k) {  // spare lanes repeat some sample
                 for (int a = 0; a < D; ++a) places[a][k] = places[a][0];
-                for (int f = 0; f <= D; ++f) values[f][k] = values[f][0];
+                for (int f = 0; f < M::values; ++f) values[f][k] = values[f][0];
             }
             if (Places::is_even) windows.add(places, values, lanes);
             lane  = 0;
@@ -87,6 +87,8 @@ void compare_all(Random& random)
     compare_spread_with_add<D, degree, SplineNodes, 2>(lattice_of<D>(5, 2), random);
     compare_spread_with_add<D, degree, SplineNodes, 4>(lattice_of<D>(5, 2), random);
     compare_spread_with_add<D, degree, SplineNodes, 4>(lattice_of<D>(5, 3), random);
+    compare_spread_with_add<D, degree, SplineNodes, 4, 1>(lattice_of<D>(5, 2), random);
+    compare_spread_with_add<D, degree, HatNodes, 3, 2>(lattice_of<D>(5, 1), random);
     compare_spread_with_add<D, degree, CellCenters, 1>(lattice_of<D>(5, 1), random);
     compare_spread_with_add<D, degree, CellCenters, 3>(lattice_of<D>(5, 2), random);
 }
