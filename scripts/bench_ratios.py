@@ -42,6 +42,8 @@ TIMES = [
     (3, "impm", "mpm", 8),
     (3, "cpls", "cpdi1", 5),
     (2, "cpls", "cpdi1", 2.5),
+    (3, "cpls-limited", "cpls", 1.15),
+    (2, "cpls-limited", "cpls", 1.1),
 ]
 RATES_2D = [("mpm", 1.5), ("cpdi1", 2)]  # over those in 3D
 RESIDENT = [("mpm", 400), ("bsmpm", 400), ("cpdi1", 520), ("cpdi2", 520)]  # bytes a particle, 3D

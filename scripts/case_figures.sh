@@ -24,7 +24,7 @@ draw() {  # NAME, then options of `ordo_figures.py snapshots`
     block-on-plate press-fit rolling-cylinder ball-through-slab gears wheel-on-sand everyday
 for case in "$@"; do
     case $case in
-    everyday) "$python" scripts/everyday.py "$ordo" --methods 'cpdi1,cpdi1+scheme="musl",cpls,fmpm' --results build/cases/everyday --figure cases/everyday/figure.png ;;
+    everyday) "$python" scripts/everyday.py "$ordo" --methods 'cpdi1,cpls,cpls-limited,fmpm' --results build/cases/everyday --figure cases/everyday/figure.png ;;
     touching-bodies) draw "$case" --times 0.0,0.1,0.2 --field velocity ;;
     oedometer) draw "$case" --times 0.0,1.0,2.0 --field stress_yy --curve history.csv:press_force_y ;;
     vertical-cut) draw "$case" --times 15,20,30 --field plastic_strain --limits 0,0.5 --curve energies ;;

@@ -828,7 +828,9 @@ MethodSpec resolve_method(MethodInput& in)
             if (word.ends_with(',')) word.pop_back();
             if (in.has(word)) key = word;
         }
-        in.fail(key, fmt::format("{} is not allowed: {}", rule->what, rule->why));
+        const std::string rest =
+            in.has("preset") ? "" : fmt::format("; choices not given are those of the default, preset {}", in.preset);
+        in.fail(key, fmt::format("{} is not allowed: {}{}", rule->what, rule->why, rest));
     }
     return spec;
 }

@@ -128,12 +128,12 @@ void spread_velocity(const Sweep<D>& sweep, Lanes* records, bool with_corners, i
 inline constexpr double kHasVelocity = std::numeric_limits<double>::min();
 
 /// The part of a fit that a node takes with limiter slope; the rest is the projection by mass. Of the variance of the samples' velocities
-/// slopes explain one part and leave another. Where they explain eight times what they leave the node takes all of the fit, below twice, as
-/// at a jump, none of it (docs/energy.md).
+/// slopes explain one part and leave another. Where they explain 64 times what they leave the node takes all of the fit, below 16 times,
+/// as at a jump between bodies up to a cell apart, none of it (docs/energy.md).
 template <int D, class M>
 double part_of_fit(const Lanes* record, const Ldl<M::unknowns>& fit)
 {
-    constexpr double none = 2.0, all = 8.0, round_off = 1e-13;
+    constexpr double none = 16.0, all = 64.0, round_off = 1e-13;
     const double squares = M::total(record, 0);
     double explained = 0.0, left = squares;
     for (int a = 0; a < D; ++a) {

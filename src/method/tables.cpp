@@ -109,11 +109,11 @@ constexpr Choice<Samples> choices_of_samples[] = {
      "once and carry their own velocity"}};
 constexpr AxisRow<Samples> row_of(Samples) { return {"samples", "the data of the fits mls and imls", choices_of_samples}; }
 
-constexpr Choice<Limiter> choices_of_limiter[] = {{Limiter::none, "none", "all of the fit"},
-                                                  {Limiter::slope, "slope",
-                                                   "the fit where its slopes explain the samples' velocities, the projection by "
-                                                   "mass where they do not, as where bodies meet; gains no "
-                                                   "energy there (docs/energy.md)"}};
+constexpr Choice<Limiter> choices_of_limiter[] = {
+    {Limiter::none, "none", "all of the fit"},
+    {Limiter::slope, "slope",
+     "the fit where its slopes explain the samples' velocities, the projection by mass where they do not, as where bodies meet "
+     "(docs/energy.md)"}};
 constexpr AxisRow<Limiter> row_of(Limiter) { return {"limiter", "what nodes take of the fits mls and imls", choices_of_limiter}; }
 
 constexpr Choice<Tls> choices_of_tls[] = {
@@ -274,9 +274,11 @@ const std::vector<Rule>& rules()
          "layers with an enrichment other than layers",
          "only enrichment layers has a number of layers: set enrichment to layers"},
         {[](const MethodSpec& s) { return s.samples == Samples::corners && !fits_velocity(s); },
-         "samples corners with a projection other than mls and imls", "only least squares have samples"},
+         "samples corners with a projection other than mls and imls",
+         "only least squares have samples: set samples to particles"},
         {[](const MethodSpec& s) { return s.limiter != Limiter::none && (!fits_velocity(s) || s.degree != 1); },
-         "limiter with a projection other than mls and imls, or a degree other than 1", "it limits the slopes of linear fits"},
+         "limiter with a projection other than mls and imls, or a degree other than 1",
+         "it limits the slopes of linear fits: set limiter to none"},
         {[](const MethodSpec& s) { return s.samples == Samples::corners && s.domain == Domain::point; },
          "samples corners with domain point", "a point has no corners: use domain box or parallelepiped"},
         {[](const MethodSpec& s) {
@@ -472,7 +474,7 @@ const std::vector<Preset>& presets()
          "cpdi1 with improved MLS velocity from particles and corners (Tran et al. 2019)",
          {.domain = Domain::parallelepiped, .projection = Projection::imls, .samples = Samples::corners}},
         {"cpls-limited",
-         "cpls with fits limited where bodies meet: no energy from impacts (docs/energy.md)",
+         "cpls with fits limited where velocities jump, so that impacts hardly gain energy (docs/energy.md)",
          {.domain     = Domain::parallelepiped,
           .projection = Projection::imls,
           .samples    = Samples::corners,

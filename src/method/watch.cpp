@@ -111,6 +111,9 @@ std::string Watch<D>::remedy_for_growth() const
     if (gains || m.quadrature != Quadrature::particle)
         return "least squares and fits in cells gain energy in impacts and at free surfaces: use cpls-limited or cpdi1 there "
                "(docs/which-method.md), or a smaller time step";
+    if (m.limiter == Limiter::slope)
+        return "fits gain energy where bodies meet, little with a limiter: use cpdi1, or [[contact]], which gives bodies fields "
+               "of their own";
     std::string more;
     if (m.domain == Domain::point) more += " or a method with particle domains (cpdi1)";
     if (!strains_by_advanced(m)) more += updates_stress_last(m) ? " or strain_velocity = 1" : " or scheme = \"usl\"";

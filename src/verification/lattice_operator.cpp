@@ -79,8 +79,8 @@ LatticeOperator<D>::LatticeOperator(const ParticleLattice& lattice)
         throw InputError("enriched corners: a periodic lattice of particles has no interface, and its seam would cut finite "
                          "elements; use cpdi2");
     if (model.method.limiter != Limiter::none)
-        throw InputError(
-            "limiter: what nodes take depends on the velocities, and no matrix describes the step; use limiter = none");
+        throw InputError("limiter: what nodes take depends on the velocities, and no matrix describes the step; use limiter = "
+                         "none, or cpls for cpls-limited");
     if (model.method.filter != Filter::none && model.method.filter_every > 1)
         throw InputError("filter_every above 1: steps differ, and one matrix does not describe them; use filter_every = 1");
     state_                = scheme_->start(plant_all(model, seeds_of<D>(lattice)));

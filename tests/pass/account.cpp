@@ -43,6 +43,54 @@ setup::CaseSpec<2> pushed_block(const MethodSpec& method)
 }
 
 
+/// Two bars that meet on the common grid, where their ends lie anywhere in cells: the most energy over that at the start.
+double most_energy_of_bars(const MethodSpec& method, int per_axis, double left, double gap)
+{
+    setup::CaseSpec<1> spec{};
+    spec.method    = method;
+    spec.size      = {4.0};
+    spec.spacing   = {0.1};
+    spec.materials = {elastic_material(find_law("neo-hookean"), 1000.0, 1e5, 0.0)};
+    spec.bodies    = {{.shape = Bounds<1>{{left}, {left + 0.6}}, .particles_per_cell = {per_axis}, .velocity = {Field(0.5)}},
+                      {.shape              = Bounds<1>{{left + 0.6 + gap}, {left + 1.2 + gap}},
+                       .particles_per_cell = {per_axis},
+                       .velocity           = {Field(-0.5)}}};
+    spec.time      = {.end = 1.0, .dt = 1e-3};
+    WatchSpec watch;
+    watch.energy_growth = 1e9;
+    Simulation<1> sim(setup::build(spec), watch);
+    const double start = totals(sim.model(), sim.state().particles).total_energy();
+    double most        = start;
+    for (int n = 0; n < 1000; ++n) {
+        sim.step();
+        most = std::max(most, totals(sim.model(), sim.state().particles).total_energy());
+    }
+    return most / start;
+}
+
+/// With limited fits as with projection by mass impacts hardly gain energy; with whole fits they do.
+TEST(Limiter, ImpactsHardlyGainEnergy)
+{
+    for (const int per_axis : {1, 2})
+        for (const double strain_velocity : {0.3, 1.0}) {
+            double limited = 0.0, whole = 0.0, by_mass = 0.0;
+            for (const double left : {0.7, 0.725, 0.75, 0.775})
+                for (const double gap : {0.4, 0.425, 0.45, 0.475}) {
+                    auto most = [&](std::string_view preset) {
+                        MethodSpec method      = find_preset(preset)->spec;
+                        method.strain_velocity = strain_velocity;
+                        return most_energy_of_bars(method, per_axis, left, gap);
+                    };
+                    limited = std::max(limited, most("cpls-limited"));
+                    whole   = std::max(whole, most("cpls"));
+                    by_mass = std::max(by_mass, most("cpdi1"));
+                }
+            EXPECT_LT(limited, by_mass + 0.002) << per_axis << ' ' << strain_velocity;
+            EXPECT_LT(limited, 1.005) << per_axis << ' ' << strain_velocity;
+            EXPECT_GT(whole, 1.3);
+        }
+}
+
 class Balance : public testing::TestWithParam<std::tuple<std::string, TimeScheme, double>> {};
 
 /// Momentum changes in each step by the impulses of gravity, boundaries, tractions and body forces.

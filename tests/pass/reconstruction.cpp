@@ -430,7 +430,7 @@ void add_slope(Particles<D>& p)
         p.corner_velocity[c][0] += size * p.corner[c][0] * p.corner[c][0] * p.corner[c][0];
 }
 
-/// What limiter slope takes of a fit: 0 where its slopes explain at most twice what they leave of the variance of samples, 1 from eight
+/// What limiter slope takes of a fit: 0 where its slopes explain at most 16 times what they leave of the variance of samples, 1 from 64
 /// times on, and where they leave nothing.
 template <int D>
 double part_of_slopes(const std::vector<std::pair<Sample<D>, double>>& weighted, const std::function<Vec<D>(const Vec<D>&)>& fit)
@@ -447,7 +447,7 @@ double part_of_slopes(const std::vector<std::pair<Sample<D>, double>>& weighted,
         explained += w * dot(fitted - mean * (1 / weights), fitted - mean * (1 / weights));
         left += w * dot(sample.v - fitted, sample.v - fitted);
     }
-    return left <= 1e-13 * squares || explained >= 8 * left ? 1.0 : std::max(0.0, (explained / left - 2) / 6);
+    return left <= 1e-13 * squares || explained >= 64 * left ? 1.0 : std::max(0.0, (explained / left - 16) / 48);
 }
 
 /// Nodes that took none of their fit, a part, all.

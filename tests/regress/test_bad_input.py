@@ -291,6 +291,9 @@ CASE_FAULTS = [
     ("a branch of fitted splines", ["[method]\npreset = @'spline4'\n", WHOLE, WALLS, (DENSITY, DENSITY + "\nbranch_shear = [1.0]\nbranch_time = [1.0]")], "method.preset", "takes no material with history"),
     # methods whose choices do not go together
     ("ddmpm with boxes", ["[method]\nbasis = 'ddmpm'\ndomain = @'box'\n"], "method.domain", "use basis hat"),
+    ("limiter of a projection by mass", ["[method]\npreset = 'cpdi1'\nlimiter = @'slope'\n"], "method.limiter", "set limiter to none"),
+    ("limiter of quadratic fits", ["[method]\npreset = 'cpls'\nlimiter = 'slope'\ndegree = @2\n"], "method.degree", "set limiter to none"),
+    ("points of the default", ["[method]\ndomain = @'point'\n"], "method.domain", "those of the default, preset cpls-limited"),
     ("weights of corners without cells", ["[method]\ncell_weights = @'mean'\n"], "method.cell_weights", "no cells"),
     ("stretch limit of points", ["[method]\npreset = 'mpm'\nstretch_limit = @2.0\n"], "method.stretch_limit", "only parallelepipeds can be scaled"),
     ("averages in 1D", [DIM_1, "[method]\naveraging = @'cell'\n"], "method.averaging", "has no use in 1D"),
