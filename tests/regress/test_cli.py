@@ -201,7 +201,7 @@ class Commands(InTemporaryDirectory):
         self.assertIn("only least squares have samples", refused["mpm"])
         self.assertNotIn("icpdi1", refused)
         text = self.good("bench", "--all", "--dim", "1", "--particles", "100", "--steps", "1", "--set", "samples=corners")
-        self.assertRegex(text, r"(?m)^mpm +1 +refused: .*only least squares have samples$")
+        self.assertRegex(text, r"(?m)^mpm +1 +refused: .*only least squares have samples: set samples to particles$")
 
     def test_bench_machine(self):
         result = self.bench("--machine")
