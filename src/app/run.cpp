@@ -110,8 +110,7 @@ Simulation<D> simulation_of(const io::CaseInput& input)
 std::string faster_than(const MethodSpec& m)
 {
     if (m.mass == MassMatrix::consistent) return "method.mass = \"lumped\" spares the solver of each step, cpdi1 too";
-    const bool fits = m.projection == Projection::mls || m.projection == Projection::imls || m.projection == Projection::tls;
-    if (fits || m.quadrature != Quadrature::particle) return "cpdi1 takes no fits";
+    if (fits_velocity(m) || m.projection == Projection::tls || m.quadrature != Quadrature::particle) return "cpdi1 takes no fits";
     if (m.domain == Domain::point && m.basis == Basis::hat) return "a coarser grid is all that is faster";
     return "ugimp and mpm are faster";
 }

@@ -42,8 +42,7 @@ struct Ldl {
     /// b becomes the solution.
     ORDO_HD void solve(double (&b)[N]) const
     {
-        for (int i = 0; i < N; ++i)
-            for (int k = 0; k < i; ++k) b[i] -= L[i][k] * b[k];
+        forward(b);
         for (int i = 0; i < N; ++i) b[i] = D[i] == 0.0 ? 0.0 : b[i] / D[i];
         for (int i = N - 1; i >= 0; --i)
             for (int k = i + 1; k < N; ++k) b[i] -= L[k][i] * b[k];
@@ -54,13 +53,11 @@ struct Ldl {
     ORDO_HD void explain(const double (&b)[N], double& mean, double& others) const
     {
         double y[N];
-        mean   = D[0] == 0.0 ? 0.0 : b[0] * b[0] / D[0];
-        others = 0.0;
-        for (int i = 0; i < N; ++i) {
-            y[i] = b[i];
-            for (int k = 0; k < i; ++k) y[i] -= L[i][k] * y[k];
-            if (i > 0 && D[i] != 0.0) others += y[i] * y[i] / D[i];
-        }
+        for (int i = 0; i < N; ++i) y[i] = b[i];
+        forward(y);
+        mean = others = 0.0;
+        for (int i = 0; i < N; ++i)
+            if (D[i] != 0.0) (i == 0 ? mean : others) += y[i] * y[i] / D[i];
     }
 
     /// x with L D L^T x = (1, 0, 0, ...): x . b is the first entry of the solution for any b.
@@ -69,6 +66,14 @@ struct Ldl {
         for (double& e : x) e = 0.0;
         x[0] = 1.0;
         solve(x);
+    }
+
+  private:
+    /// b becomes L^-1 b.
+    ORDO_HD void forward(double (&b)[N]) const
+    {
+        for (int i = 0; i < N; ++i)
+            for (int k = 0; k < i; ++k) b[i] -= L[i][k] * b[k];
     }
 };
 

@@ -500,8 +500,9 @@ void check_against_plain_fit(MethodSpec spec, bool is_periodic, LimitedNodes& li
                 if (g.periodic[a]) d[a] -= g.cells[a] * std::round(d[a] / g.cells[a]);
                 w *= spline_weight<W>(d[a]);
             }
-            if (w > 0) M::add(record, d, w, sample.v.c);
-            if (w > 0) weighted.push_back({{d, sample.v}, w});
+            if (!(w > 0)) continue;
+            M::add(record, d, w, sample.v.c);
+            weighted.push_back({{d, sample.v}, w});
         }
         const std::ptrdiff_t n = &node - s.field.nodes.data();
         Vec<D> v               = velocity<D>(sums[n]) * (1 / sums[n][NodeLane::mass]);

@@ -14,7 +14,6 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
-#include <random>
 #include <string>
 
 namespace ordo::verification {
@@ -212,9 +211,9 @@ double growth_of_noise(const MethodSpec& method, int per_axis, double shift)
     const ParticleLattice lattice{method, per_axis, shift, D == 1 ? 24 : 6, 0.0};
     const std::unique_ptr<const Scheme<D>> scheme = make_scheme(model_of<D>(lattice, "neo-hookean"));
     State<D> s                                    = scheme->start(plant_all(scheme->model(), seeds_of<D>(lattice)));
-    std::mt19937 random(7);
+    test::Random random(7);
     for (Vec<D>& v : s.particles.v)
-        for (int a = 0; a < D; ++a) v[a] = 1e-4 * (static_cast<double>(random()) / std::mt19937::max() - 0.5);
+        for (int a = 0; a < D; ++a) v[a] = test::uniform(random, -5e-5, 5e-5);
     const double dt = 0.999 * stable_courant_number(method, D);
     double tenths[10]{};
     for (int n = 0; n < 2000; ++n) {
