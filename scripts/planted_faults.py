@@ -229,8 +229,8 @@ FAULTS = [
     # least squares
     fault("cell-centre-at-node", "distances to the centre of a cell are taken from its lower node", "shape/weights.hpp",
           "return @y - 0.5 * halves - target@;", "y - target", "unit:Moments.SpreadEqualsAdd"),
-    fault("moments-not-shifted", "moments of a window stay about its middle", "kernels/moment_windows.hpp",
-          "@sums[steps.to[n]][q] += sums[steps.from[n]][q] * back;@", "static_cast<void>(back);", "unit:Moments.SpreadEqualsAdd"),
+    fault("moments-about-next-target", "moments of a window are about the next target", "kernels/moment_windows.hpp",
+          "const double before = 0.5 * W - @1 - t@;", "t", "unit:Moments.SpreadEqualsAdd"),
     fault("shepard-not-normalised", "the mean of degree 0 is not divided by the weights", "kernels/moments.hpp",
           "return @get(record, products + field * unknowns) / weight(record)@;", "get(record, products + field * unknowns)",
           "unit:Reconstruction.OfDegreeZeroIsShepard"),

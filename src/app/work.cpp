@@ -394,10 +394,10 @@ class Counter {
             lumped_velocities();
         }  // else see solve_mass
     }
-    /// A multiply-add with each Lanes of a record for each sample and target; samples at corners need L r.
+    /// The multiply-adds of each sample; samples at corners need L r.
     void spread_velocity()
     {
-        const double size = passes_.velocity_fit.size, targets = power_of(width_of(method_.weight), D);
+        const double size = passes_.velocity_fit.size;
         double samples = n_, flops = 0, bytes = n_ * (size_of(p_.x) + size_of(p_.v));
         if (method_.samples == Samples::corners && p_.cell) {
             for (int i = 0; i < p_.count; ++i)
@@ -408,7 +408,7 @@ class Counter {
             flops = n_ * (kProduct<D> + (1 << D) * 4 * D * D);
             bytes += n_ * (size_of(p_.L) + size_of(p_.edges) + size_of(p_.half));
         }
-        flops += samples * targets * size * 2 * kLanes;
+        flops += samples * passes_.velocity_fit.work * 2 * kLanes;
         add(Stage::fit, flops, bytes + kRecord * size * (active_ + 2 * targets_));
     }
     /// L D L^T, the first row of the inverse, and its product with the right-hand sides; with a limiter also what slopes explain.
@@ -419,17 +419,15 @@ class Counter {
         add(Stage::fit, massive_ * (ldl_flops(n) + ldl_solve_flops(n) + D * 2 * n + limiting),
             kRecord * (active_ + massive_ * (1 + passes_.velocity_fit.size)));
     }
-    /// Contents of the cells; a multiply-add with each number of a record for each particle and target; then the points.
+    /// Contents of the cells; the multiply-adds of each particle; then the points.
     void fit_cells()
     {
         const double size = passes_.cell_fit.size, points = s_.points.count;
-        const bool is_cell   = method_.quadrature == Quadrature::cell;
-        const double targets = is_cell ? power_of(3, D) : 1;
-        const int n          = unknowns();
-        const int count      = is_cell ? CellFields<D, false>::used(p_) : CellFields<D, true>::count;
-        const double numbers = binomial(2 * static_cast<int>(method_.degree) + D, D) + count * n;
-        const double fields  = sizeof(Vec<D>) * 2 + sizeof(double) * 2 + sizeof(Mat<D>);
-        add(Stage::fit, n_ * (2 * D + kLanes + 1 + D + targets * numbers * 2),
+        const bool is_cell  = method_.quadrature == Quadrature::cell;
+        const int n         = unknowns();
+        const int count     = is_cell ? CellFields<D, false>::used(p_) : CellFields<D, true>::count;
+        const double fields = sizeof(Vec<D>) * 2 + sizeof(double) * 2 + sizeof(Mat<D>);
+        add(Stage::fit, n_ * (2 * D + kLanes + 1 + D + passes_.cell_fit.work * 2 * kLanes),
             n_ * (fields + size_of(p_.b)) + kRecord * ((1 + size) * active_ + 2 * cells_ + 2 * size * cell_targets_));
         const double solves = ldl_flops(n) + (is_cell ? ldl_solve_flops(n) : ldl_flops(n - 1) + count * ldl_solve_flops(n));
         add(Stage::fit, cells_ * solves + points * count * 2 * n, kRecord * (1 + size) * cells_ + points * fields);

@@ -3,7 +3,17 @@
 
 #include "base/vec.hpp"
 
+#include <utility>
+
 namespace ordo {
+
+/// f(std::integral_constant<int, k>{}) for k = 0, 1, ..., count - 1: a loop that is unrolled and whose index is a constant.
+template <int count, class F>
+ORDO_FLAT constexpr void for_constants(F&& f)
+{
+    [&]<int... k>(std::integer_sequence<int, k...>) ORDO_FLAT { (f(std::integral_constant<int, k>{}), ...); }
+    (std::make_integer_sequence<int, count>{});
+}
 
 constexpr int power_of(int base, int exponent) { return exponent == 0 ? 1 : base * power_of(base, exponent - 1); }
 

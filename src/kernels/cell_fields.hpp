@@ -83,6 +83,20 @@ void spread_gauss_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* records, 
     }
 }
 
+/// The windows of cell fields with quadratic weights.
+template <int D, int degree>
+using CellWindows = MomentWindows<D, degree, CellFields<D, false>::count, CellCenters, 3>;
+
+/// Multiply-adds of eight lanes for each particle.
+template <int D, int degree>
+constexpr int work_of_particle()
+{
+    if constexpr (D > 1)
+        return CellWindows<D, degree>::work;
+    else
+        return 3 * CellFields<D, false>::template Record<degree>::size;
+}
+
 /// Adds particles [begin, end) to the contents of their cells and to the records of all cells in the support of quadratic
 /// weights.
 template <int D, int degree>
@@ -92,20 +106,29 @@ void spread_one_point_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* recor
     const Sweep<D> s = sweep;
     Vec<D> distance{};
     for (int i = begin; i < end; ++i) add_content(s, i, contents, distance);
-    thread_local MomentWindows<D, degree, F::count, CellCenters, 3> windows;  // keeps its memory
-    for (int first = begin; first < end; first += Batch::size) {
-        const Batch b   = Batch::of(first, end);
-        Vec<D, Lanes> y = load(s.p.x, b);
-        for (int a = 0; a < D; ++a) y[a] = s.lattice.cell_coordinate(a, y[a]);
-        Lanes u[F::count]{};
-        for (int k = 0; k < Batch::size; ++k) {
-            double one[F::count];
-            F::get(s.p, b.particle(k), one);
-            for (int f = 0; f < F::count; ++f) u[f][k] = one[f];
+    if constexpr (D > 1) {
+        thread_local CellWindows<D, degree> windows;  // keeps its memory
+        for (int first = begin; first < end; first += Batch::size) {
+            const Batch b   = Batch::of(first, end);
+            Vec<D, Lanes> y = load(s.p.x, b);
+            for (int a = 0; a < D; ++a) y[a] = s.lattice.cell_coordinate(a, y[a]);
+            Lanes u[F::count]{};
+            for (int k = 0; k < Batch::size; ++k) {
+                double one[F::count];
+                F::get(s.p, b.particle(k), one);
+                for (int f = 0; f < F::count; ++f) u[f][k] = one[f];
+            }
+            windows.add(y, u, b.count);
         }
-        windows.add(y, u, b.count);
+        windows.spread(s.lattice, records, F::used(s.p));
+    } else {
+        for (int i = begin; i < end; ++i) {
+            double u[F::count];
+            F::get(s.p, i, u);
+            F::template Record<degree>::template spread<CellCenters, 3>(s.lattice, records,
+                                                                        {s.lattice.cell_coordinate(0, s.p.x[i][0])}, u);
+        }
     }
-    windows.spread(s.lattice, records, F::used(s.p));
 }
 
 /// Sets x, m, v, V, sigma and b of point k from the values u of the fields.

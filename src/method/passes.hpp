@@ -14,7 +14,8 @@ namespace ordo {
 /// Fits of nodal velocities; all null if the projection is not a fit.
 template <int D>
 struct VelocityFitPasses {
-    int size                                                                               = 0;  ///< Lanes of a node's record
+    int size = 0;  ///< Lanes of a node's record
+    int work = 0;  ///< multiply-adds of Lanes a sample
     void (*spread)(const Sweep<D>&, Lanes* records, bool with_corners, int begin, int end) = nullptr;
     void (*solve)(Lanes* nodes, const Lanes* records, const FitChoices&, std::ptrdiff_t first, std::ptrdiff_t end,
                   FitReport&)                                                              = nullptr;
@@ -23,8 +24,9 @@ struct VelocityFitPasses {
 /// Fits of fields in cells, evaluated at quadrature points; all null if the quadrature does not need them.
 template <int D>
 struct CellFitPasses {
-    int size                                                                             = 0;  ///< Lanes of a cell's record
-    int per_cell                                                                         = 0;  ///< quadrature points
+    int size     = 0;  ///< Lanes of a cell's record
+    int work     = 0;  ///< multiply-adds of Lanes a particle
+    int per_cell = 0;  ///< quadrature points
     void (*spread)(const Sweep<D>&, Lanes* contents, Lanes* records, int begin, int end) = nullptr;
     /// Sets the points of a cell, from `first` on, which share the volume V. `distance` is the offset of the one point of
     /// quadrature `cell` from the cell centre, in cells.

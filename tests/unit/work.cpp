@@ -88,13 +88,14 @@ TEST(Work, TrafficOfMpm)
               (2 * 24 + 2 * 24 + 2 * 72 + 48 + 8 + 8 + 4) * block.particles() + 64 * nodes);
 }
 
-/// A sample of cpls meets 4^D targets, with a record of ceil(numbers/8) Lanes each, and there are 9 samples.
-TEST(Work, FitsCountSamplesTargetsAndLanes)
+/// A particle of cpls has nine samples. Each adds 6 x 6 products of polynomials of x and y times 6 of z, in one Lanes, for the matrix, and 5 x 5 times 5 of z for
+/// each of three right-hand sides, in two.
+TEST(Work, FitsCountSamplesAndTheirProducts)
 {
     Stepped<3> all(spec_of("cpls")), particles(spec_of("icpdi1"));
-    const double more  = all.work().stages[StageTimes::fit].flops - particles.work().stages[StageTimes::fit].flops;
-    const double lanes = (10 + 3 * 4 + 7) / 8, corners = 8 * 4 * 9 + 45;  // the last for their velocities
-    EXPECT_EQ(more, all.particles() * (8 * 64 * lanes * 16 + corners));
+    const double more     = all.work().stages[StageTimes::fit].flops - particles.work().stages[StageTimes::fit].flops;
+    const double products = 6 * 6 * 1 + 5 * 5 * 2, corners = 8 * 4 * 9 + 45;  // the last for their velocities
+    EXPECT_EQ(more, all.particles() * (8 * products * 16 + corners));
 }
 
 /// An iteration multiplies each row, of 25 entries, and solves along both axes to and fro with 5 operations; the rest is on the
