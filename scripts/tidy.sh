@@ -10,6 +10,6 @@ files=("$@")
 
 commands=$(mktemp -d)
 trap 'rm -r "$commands"' EXIT
-sed 's/ -fno-ipa-[a-z-]*//g' "$build/compile_commands.json" >"$commands/compile_commands.json" # options of GCC alone
+sed -E 's/ -(fno-ipa-[a-z-]*|m(move|store)-max=[0-9]*)//g' "$build/compile_commands.json" >"$commands/compile_commands.json" # options of GCC alone
 printf '%s\0' "${files[@]}" |
   xargs -0 -P "$(nproc)" -n 1 clang-tidy -p "$commands" --quiet --extra-arg=-Wno-unknown-warning-option --warnings-as-errors='*' 2>/dev/null
