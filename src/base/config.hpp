@@ -23,3 +23,10 @@
 #else
 #define ORDO_FLAT ORDO_HD
 #endif
+
+// ORDO_FLAT for lambdas: device code takes its marks from where a lambda stands.
+#if defined(__CUDACC__)
+#define ORDO_FLAT_LAMBDA
+#else
+#define ORDO_FLAT_LAMBDA ORDO_FLAT
+#endif

@@ -11,7 +11,7 @@ namespace ordo {
 template <int count, class F>
 ORDO_FLAT constexpr void for_constants(F&& f)
 {
-    [&]<int... k>(std::integer_sequence<int, k...>) ORDO_FLAT { (f(std::integral_constant<int, k>{}), ...); }
+    [&]<int... k>(std::integer_sequence<int, k...>) ORDO_FLAT_LAMBDA { (f(std::integral_constant<int, k>{}), ...); }
     (std::make_integer_sequence<int, count>{});
 }
 

@@ -228,12 +228,12 @@ class MomentWindows {
     ORDO_FLAT void add_products(Lanes* sums, bool are_new, int product, int part, int begin, int end) const
     {
         Lanes sum[count];
-        for_constants<count>([&](auto k) ORDO_FLAT { sum[k] = are_new ? Lanes{} : sums[k * stride]; });
+        for_constants<count>([&](auto k) ORDO_FLAT_LAMBDA { sum[k] = are_new ? Lanes{} : sums[k * stride]; });
         for (int i = begin; i < end; ++i) {
             const Lanes v = in_register(vector_[i][part]);
-            for_constants<count>([&](auto k) ORDO_FLAT { sum[k] += v * product_[product + k][i]; });
+            for_constants<count>([&](auto k) ORDO_FLAT_LAMBDA { sum[k] += v * product_[product + k][i]; });
         }
-        for_constants<count>([&](auto k) ORDO_FLAT { sums[k * stride] = sum[k]; });
+        for_constants<count>([&](auto k) ORDO_FLAT_LAMBDA { sums[k * stride] = sum[k]; });
     }
 
     /// Products and parts of eight sorted samples from i on.
@@ -251,20 +251,20 @@ class MomentWindows {
         for_each_kind([&](auto kind) {
             using K = decltype(kind);
             Lanes x[K::terms], y[K::terms], z[K::terms];
-            for_constants<K::terms>([&](auto k) ORDO_FLAT {
+            for_constants<K::terms>([&](auto k) ORDO_FLAT_LAMBDA {
                 constexpr int of_other = K::terms - 1 - k;
                 x[k]                   = of_f[0][k] * of_s[0][of_other];
                 if constexpr (D > 2) y[k] = of_f[1][k] * of_s[1][of_other];
                 z[k] = of_f[D - 1][k] * of_s[D - 1][of_other];
             });
-            for_constants<K::products>([&](auto k) ORDO_FLAT {
+            for_constants<K::products>([&](auto k) ORDO_FLAT_LAMBDA {
                 Lanes p = x[k % K::terms];
                 if constexpr (D > 2) p *= y[k / K::terms];
                 __builtin_memcpy(&product_[sum_before<K>(of_products) + k][at], &p, sizeof p);
             });
-            for_constants<K::parts>([&](auto q) ORDO_FLAT {
+            for_constants<K::parts>([&](auto q) ORDO_FLAT_LAMBDA {
                 Lanes block[8];
-                for_constants<8>([&](auto k) ORDO_FLAT {
+                for_constants<8>([&](auto k) ORDO_FLAT_LAMBDA {
                     constexpr int n = 8 * q + k, value = n / K::terms;
                     if constexpr (value >= K::values)
                         block[k] = Lanes{};
@@ -290,7 +290,7 @@ class MomentWindows {
     ORDO_FLAT static Lanes combine(const Lanes (&term)[K::terms])
     {
         Lanes r{};
-        for_constants<K::terms>([&](auto i) ORDO_FLAT {
+        for_constants<K::terms>([&](auto i) ORDO_FLAT_LAMBDA {
             if constexpr (constexpr double c = K::weight.of[t][power][i]; c != 0.0) r += term[i] * c;
         });
         return r;
@@ -300,8 +300,9 @@ class MomentWindows {
     ORDO_FLAT static void for_each_target(F&& f)
     {
         constexpr int left = K::power - total<A, K::power>(m);
-        for_constants<W>([&](auto t) ORDO_FLAT {
-            for_constants<left + 1>([&](auto e) ORDO_FLAT { f(t, e, std::integral_constant<int, raised<A, K::power>(m, e)>{}); });
+        for_constants<W>([&](auto t) ORDO_FLAT_LAMBDA {
+            for_constants<left + 1>([&](auto e)
+                                        ORDO_FLAT_LAMBDA { f(t, e, std::integral_constant<int, raised<A, K::power>(m, e)>{}); });
         });
     }
 
@@ -318,13 +319,13 @@ class MomentWindows {
                 const Lanes* from  = (A == 0 ? sums_ : &lines_[A][line * size_at(A)]) + offset_at<K>(A);
                 Lanes* to          = &lines_[A + 1][(k * lines + line) * size_at(A + 1)] + offset_at<K>(A + 1);
                 const int stride   = lines * size_at(A + 1);
-                for_constants<binomial(K::power + A, A)>([&](auto m) ORDO_FLAT {
+                for_constants<binomial(K::power + A, A)>([&](auto m) ORDO_FLAT_LAMBDA {
                     for (int j = 0; j < rest; ++j)
                         for (int q = 0; q < used_parts<K>(); ++q) {
                             Lanes term[K::terms];
                             for_constants<K::terms>(
-                                [&](auto i) ORDO_FLAT { term[i] = from[((m * rest + j) * K::terms + i) * K::parts + q]; });
-                            for_each_target<K, A, m>([&](auto t, auto e, auto raised) ORDO_FLAT {
+                                [&](auto i) ORDO_FLAT_LAMBDA { term[i] = from[((m * rest + j) * K::terms + i) * K::parts + q]; });
+                            for_each_target<K, A, m>([&](auto t, auto e, auto raised) ORDO_FLAT_LAMBDA {
                                 to[t * stride + (raised * rest + j) * K::parts + q] += combine<K, t, e>(term);
                             });
                         }
@@ -368,7 +369,7 @@ class MomentWindows {
                 for_each_kind([&](auto kind) {
                     using K           = decltype(kind);
                     const Lanes* from = &lines_[A][(line + x) * size_at(A)] + offset_at<K>(A);
-                    for_constants<binomial(K::power + A, A)>([&](auto m) ORDO_FLAT {
+                    for_constants<binomial(K::power + A, A)>([&](auto m) ORDO_FLAT_LAMBDA {
                         Lanes polynomials[K::parts][8];  // lanes are targets
                         for (int q = 0; q < K::parts; ++q) {
                             for (int i = 0; i < 8; ++i) polynomials[q][i] = from[i * size_at(A) + m * K::parts + q];
@@ -378,7 +379,7 @@ class MomentWindows {
                             Lanes term[K::terms];
                             for (int i = 0; i < K::terms; ++i)
                                 term[i] = polynomials[(v * K::terms + i) / 8][(v * K::terms + i) % 8];
-                            for_each_target<K, A, m>([&](auto t, auto e, auto raised) ORDO_FLAT {
+                            for_each_target<K, A, m>([&](auto t, auto e, auto raised) ORDO_FLAT_LAMBDA {
                                 if (const int n = K::number(v, raised); n >= 0) number[t][n] = combine<K, t, e>(term);
                             });
                         }
