@@ -66,8 +66,9 @@ class MomentWindows {
     /// Adds samples at cell coordinates y with values u, in the first `count` lanes; the other lanes must repeat some of them.
     ORDO_FLAT void add(const Vec<D, Lanes>& y, const Lanes (&u)[M::values], int count) { samples_.add(y, u, count); }
 
-    /// Adds all samples to the records of their targets and forgets them; fields from `used` on are left out. Sums are in the order of the
-    /// samples of a window, then of windows.
+    /// Adds all samples to the records of their targets and forgets them; fields from `used` on are left out, which
+    /// goes with no totals. Sums are in the order of the samples of a window, then of windows. All records of the box of the targets
+    /// are written: those without a sample get zeros added.
     void spread(const Lattice<D>& g, Lanes* records, int used = fields)
     {
         if (samples_.count() == 0) return;
@@ -148,7 +149,7 @@ class MomentWindows {
     static constexpr int all_products = sum_all(of_products), all_parts = sum_all(of_parts);
 
   public:
-    /// Multiply-adds of eight lanes for each sample.
+    /// Multiply-adds of eight lanes for each sample, in the sums of its window.
     static constexpr int work = sum_all([](auto kind) { return kind.products * kind.parts; });
 
   private:
