@@ -427,7 +427,7 @@ class Counter {
         const int n         = unknowns();
         const int count     = is_cell ? CellFields<D, false>::used(p_) : CellFields<D, true>::count;
         const double fields = sizeof(Vec<D>) * 2 + sizeof(double) * 2 + sizeof(Mat<D>);
-        add(Stage::fit, n_ * (2 * D + kLanes + 1 + D + passes_.cell_fit.work * 2 * kLanes),
+        add(Stage::fit, n_ * (2 * D + kLanes + 1 + D + passes_.cell_fit.work(count) * 2 * kLanes),
             n_ * (fields + size_of(p_.b)) + kRecord * ((1 + size) * active_ + 2 * cells_ + 2 * size * cell_targets_));
         const double solves = ldl_flops(n) + (is_cell ? ldl_solve_flops(n) : ldl_flops(n - 1) + count * ldl_solve_flops(n));
         add(Stage::fit, cells_ * solves + points * count * 2 * n, kRecord * (1 + size) * cells_ + points * fields);

@@ -83,20 +83,6 @@ void spread_gauss_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* records, 
     }
 }
 
-/// The windows of cell fields with quadratic weights.
-template <int D, int degree>
-using CellWindows = MomentWindows<D, degree, CellFields<D, false>::count, CellCenters, 3>;
-
-/// Multiply-adds of eight lanes for each particle.
-template <int D, int degree>
-constexpr int work_of_particle()
-{
-    if constexpr (D > 1)
-        return CellWindows<D, degree>::work;
-    else
-        return 3 * CellFields<D, false>::template Record<degree>::size;
-}
-
 /// Adds particles [begin, end) to the contents of their cells and to the records of all cells in the support of quadratic
 /// weights.
 template <int D, int degree>
@@ -106,8 +92,8 @@ void spread_one_point_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* recor
     const Sweep<D> s = sweep;
     Vec<D> distance{};
     for (int i = begin; i < end; ++i) add_content(s, i, contents, distance);
-    if constexpr (D > 1) {
-        thread_local CellWindows<D, degree> windows;  // keeps its memory
+    if constexpr (has_windows<D, CellCenters>) {
+        thread_local MomentWindows<D, degree, F::count, CellCenters, 3> windows;  // keeps its memory
         for (int first = begin; first < end; first += Batch::size) {
             const Batch b   = Batch::of(first, end);
             Vec<D, Lanes> y = load(s.p.x, b);

@@ -9,7 +9,9 @@
 #include "kernels/moments.hpp"
 #include "kernels/window_sort.hpp"
 
+#include <algorithm>
 #include <array>
+#include <type_traits>
 #include <vector>
 
 namespace ordo {
@@ -21,7 +23,7 @@ template <int W, int highest>
 struct WeightPolynomials {
     static constexpr int count = W + highest;  ///< terms
 
-    double of[W][highest + 1][count + 1]{};  // with room for a product
+    double of[W][highest + 1][count]{};
 
     constexpr WeightPolynomials()
     {
@@ -47,7 +49,7 @@ struct WeightPolynomials {
             c[0] = 1.0;
             return;
         }
-        double same[W + 1]{}, before[W + 1]{};
+        double same[W]{}, before[W]{};
         if (t < p) set_spline(t, p - 1, same);
         if (t > 0) set_spline(t - 1, p - 1, before);
         multiply(same, p, static_cast<double>(t) / p, static_cast<double>(t + 1) / p);
@@ -65,6 +67,12 @@ class MomentWindows {
   public:
     /// Adds samples at cell coordinates y with values u, in the first `count` lanes; the other lanes must repeat some of them.
     ORDO_FLAT void add(const Vec<D, Lanes>& y, const Lanes (&u)[M::values], int count) { samples_.add(y, u, count); }
+
+    /// Multiply-adds of eight lanes for each sample, in the sums of its window.
+    static constexpr int work(int used = fields)
+    {
+        return sum_all([&](auto kind) { return kind.products * kind.used_parts(used); });
+    }
 
     /// Adds all samples to the records of their targets and forgets them; fields from `used` on are left out, which
     /// goes with no totals. Sums are in the order of the samples of a window, then of windows. All records of the box of the targets
@@ -99,6 +107,9 @@ class MomentWindows {
 
         /// Lanes of what is summed along the first A axes: monomials of these, times polynomials of those between, times parts.
         static constexpr int size_at(int A) { return binomial(power + A, A) * power_of(terms, D - 1 - A) * parts; }
+        /// The values and parts that count where of all fields only the first `used` do.
+        static constexpr int used_values(int used) { return first_value == 0 && used < fields ? used : values; }
+        static constexpr int used_parts(int used) { return (terms * used_values(used) + 7) / 8; }
         /// The place in the record of monomial k times value v; -1 if it is not in it.
         static constexpr int number(int v, int k)
         {
@@ -147,30 +158,12 @@ class MomentWindows {
     static constexpr auto of_products = [](auto kind) { return kind.products; };
     static constexpr auto of_parts    = [](auto kind) { return kind.parts; };
     static constexpr int all_products = sum_all(of_products), all_parts = sum_all(of_parts);
-
-  public:
-    /// Multiply-adds of eight lanes for each sample, in the sums of its window.
-    static constexpr int work = sum_all([](auto kind) { return kind.products * kind.parts; });
-
-  private:
     static constexpr int batch = 32;  ///< samples that are prepared at once
 #if defined(__AVX512F__)
     static constexpr int in_registers = 12;  ///< sums
 #else
     static constexpr int in_registers = 6;
 #endif
-
-    /// The values and the parts of a kind in use.
-    template <class K>
-    ORDO_FLAT int used_values() const
-    {
-        return K::first_value == 0 && used_ < fields ? used_ : K::values;
-    }
-    template <class K>
-    ORDO_FLAT int used_parts() const
-    {
-        return (K::terms * used_values<K>() + 7) / 8;
-    }
 
     /// Sums of all windows of a line of axis A (of a row, of a layer, of all layers): returns whether there are any.
     template <int A>
@@ -209,7 +202,7 @@ class MomentWindows {
                 using K               = decltype(kind);
                 constexpr int most    = in_registers / K::terms > 0 ? in_registers / K::terms * K::terms : in_registers;
                 constexpr int product = sum_before<K>(of_products), part = sum_before<K>(of_parts);
-                for (int q = 0; q < used_parts<K>(); ++q) {
+                for (int q = 0; q < K::used_parts(used_); ++q) {
                     Lanes* sums = sums_ + offset_at<K>(0) + q;
                     int n       = 0;
                     for (; n + most <= K::products; n += most)
@@ -226,7 +219,7 @@ class MomentWindows {
     /// Adds `count` products, each times a part, over samples [begin, end) of the batch to sums that lie `stride` apart; they start at zero
     /// if `are_new`.
     template <int count, int stride>
-    ORDO_FLAT void add_products(Lanes* sums, bool are_new, int product, int part, int begin, int end) const
+    ORDO_FLAT void add_products(Lanes* sums, bool are_new, int product, int part, int begin, int end)
     {
         Lanes sum[count];
         for_constants<count>([&](auto k) ORDO_FLAT_LAMBDA { sum[k] = are_new ? Lanes{} : sums[k * stride]; });
@@ -322,12 +315,12 @@ class MomentWindows {
                 const int stride   = lines * size_at(A + 1);
                 for_constants<binomial(K::power + A, A)>([&](auto m) ORDO_FLAT_LAMBDA {
                     for (int j = 0; j < rest; ++j)
-                        for (int q = 0; q < used_parts<K>(); ++q) {
+                        for (int q = 0; q < K::used_parts(used_); ++q) {
                             Lanes term[K::terms];
                             for_constants<K::terms>(
                                 [&](auto i) ORDO_FLAT_LAMBDA { term[i] = from[((m * rest + j) * K::terms + i) * K::parts + q]; });
-                            for_each_target<K, A, m>([&](auto t, auto e, auto raised) ORDO_FLAT_LAMBDA {
-                                to[t * stride + (raised * rest + j) * K::parts + q] += combine<K, t, e>(term);
+                            for_each_target<K, A, m>([&](auto t, auto e, auto monomial) ORDO_FLAT_LAMBDA {
+                                to[t * stride + (monomial * rest + j) * K::parts + q] += combine<K, t, e>(term);
                             });
                         }
                 });
@@ -376,12 +369,12 @@ class MomentWindows {
                             for (int i = 0; i < 8; ++i) polynomials[q][i] = from[i * size_at(A) + m * K::parts + q];
                             transpose(polynomials[q]);
                         }
-                        for (int v = 0; v < used_values<K>(); ++v) {
+                        for (int v = 0; v < K::used_values(used_); ++v) {
                             Lanes term[K::terms];
                             for (int i = 0; i < K::terms; ++i)
                                 term[i] = polynomials[(v * K::terms + i) / 8][(v * K::terms + i) % 8];
-                            for_each_target<K, A, m>([&](auto t, auto e, auto raised) ORDO_FLAT_LAMBDA {
-                                if (const int n = K::number(v, raised); n >= 0) number[t][n] = combine<K, t, e>(term);
+                            for_each_target<K, A, m>([&](auto t, auto e, auto monomial) ORDO_FLAT_LAMBDA {
+                                if (const int n = K::number(v, monomial); n >= 0) number[t][n] = combine<K, t, e>(term);
                             });
                         }
                     });
@@ -408,5 +401,19 @@ class MomentWindows {
     Index<D> nodes_{};                         ///< targets along each axis
     int used_ = fields, window_ = 0, begin_ = 0, done_ = 0;
 };
+
+/// Whether samples spread by windows; else Moments::spread does it.
+template <int D, class Places>
+inline constexpr bool has_windows = D > 1 && Places::is_even;
+
+/// Multiply-adds of eight lanes for each sample.
+template <int D, int degree, int fields, class Places, int W, int totals = 0>
+constexpr int work_of_sample(int used = fields)
+{
+    if constexpr (has_windows<D, Places>)
+        return MomentWindows<D, degree, fields, Places, W, totals>::work(used);
+    else
+        return power_of(W, D) * Moments<D, degree, fields, totals>::size;
+}
 
 }  // namespace ordo

@@ -90,20 +90,6 @@ ORDO_FLAT inline void set_values(const Vec<D, T>& v, T (&value)[D + is_limited])
     if constexpr (is_limited) value[D] = dot(v, v);
 }
 
-/// Whether samples spread by windows.
-template <int D, class Places>
-inline constexpr bool has_windows = Places::is_even&& D > 1;
-
-/// Multiply-adds of eight lanes for each sample.
-template <int D, int degree, class Places, int W, bool is_limited>
-constexpr int work_of_sample()
-{
-    if constexpr (has_windows<D, Places>)
-        return MomentWindows<D, degree, D, Places, W, is_limited>::work;
-    else
-        return power_of(W, D) * VelocityMoments<D, degree, is_limited>::size;
-}
-
 /// Adds the samples of particles [begin, end) to the records of the nodes.
 template <int D, int degree, class Places, int W, bool is_limited>
 void spread_velocity(const Sweep<D>& sweep, Lanes* records, bool with_corners, int begin, int end)

@@ -24,9 +24,9 @@ struct VelocityFitPasses {
 /// Fits of fields in cells, evaluated at quadrature points; all null if the quadrature does not need them.
 template <int D>
 struct CellFitPasses {
-    int size     = 0;  ///< Lanes of a cell's record
-    int work     = 0;  ///< multiply-adds of Lanes a particle
-    int per_cell = 0;  ///< quadrature points
+    int size                = 0;        ///< Lanes of a cell's record
+    int per_cell            = 0;        ///< quadrature points
+    int (*work)(int fields) = nullptr;  ///< multiply-adds of Lanes a particle with that many fields
     void (*spread)(const Sweep<D>&, Lanes* contents, Lanes* records, int begin, int end) = nullptr;
     /// Sets the points of a cell, from `first` on, which share the volume V. `distance` is the offset of the one point of
     /// quadrature `cell` from the cell centre, in cells.

@@ -12,7 +12,7 @@ namespace {
 template <int D, int degree, bool is_limited, class Places, int W>
 VelocityFitPasses<D> velocity_fit()
 {
-    return {VelocityMoments<D, degree, is_limited>::size, work_of_sample<D, degree, Places, W, is_limited>(),
+    return {VelocityMoments<D, degree, is_limited>::size, work_of_sample<D, degree, D, Places, W, is_limited>(),
             spread_velocity<D, degree, Places, W, is_limited>, solve_velocity<D, degree, is_limited>};
 }
 
@@ -54,10 +54,12 @@ template <int D, int degree>
 CellFitPasses<D> cell_fit(bool is_gauss)
 {
     if (is_gauss)
-        return {CellFields<D, true>::template Record<degree>::size, CellFields<D, true>::template Record<degree>::size, 1 << D,
-                spread_gauss_cells<D, degree>, set_all_gauss_points<D, degree>};
-    return {CellFields<D, false>::template Record<degree>::size, work_of_particle<D, degree>(), 1,
-            spread_one_point_cells<D, degree>, set_one_point<D, degree>};
+        return {CellFields<D, true>::template Record<degree>::size, 1 << D,
+                [](int) { return CellFields<D, true>::template Record<degree>::size; }, spread_gauss_cells<D, degree>,
+                set_all_gauss_points<D, degree>};
+    return {CellFields<D, false>::template Record<degree>::size, 1,
+            work_of_sample<D, degree, CellFields<D, false>::count, CellCenters, 3>, spread_one_point_cells<D, degree>,
+            set_one_point<D, degree>};
 }
 
 /// f(std::integral_constant<int, degree>) for a degree 0..3.

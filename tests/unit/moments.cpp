@@ -17,15 +17,31 @@ Lattice<D> lattice_of(int cells, int degree, bool periodic = false)
     return {{}, Vec<D>::filled(1.0 / cells), Index<D>::filled(cells), Vec<D, bool>::filled(periodic), 3, {.degree = degree}};
 }
 
+/// Adds a sample at y to the records of all targets, one by one.
+template <class M, class Places, int W, int D>
+void add_to_all(const Lattice<D>& g, std::vector<Lanes>& records, const Vec<D>& y, const double (&u)[M::values])
+{
+    IndexBox<D>{{}, g.nodes}.for_each([&](const Index<D>& at) {
+        Vec<D> distance{};
+        double weight = 1.0;
+        for (int a = 0; a < D; ++a) {
+            const double target =
+                std::is_same_v<Places, CellCenters> ? at[a] + 0.5 : g.cell_coordinate(a, g.node_position(a, at[a]));
+            distance[a] = y[a] - target;
+            weight *= spline_weight<W>(distance[a]);
+        }
+        if (weight > 0) M::add(&records[g.offset(at) * M::size], distance, weight, u);
+    });
+}
+
 /// Every record that `spread` fills, or that windows fill, is the one that `add` fills sample by sample with the weight of each
 /// target. Half of the samples share a cell, so that windows of many and of few are among them.
-template <int D, int degree, class Places, int W, int totals = 0>
+template <int D, int degree, class Places, int W, int totals = 0, int fields = D + 1>
 void compare_spread_with_add(const Lattice<D>& g, Random& random)
 {
-    using M = Moments<D, degree, D + 1, totals>;
+    using M = Moments<D, degree, fields, totals>;
     std::vector<Lanes> fast(g.node_count() * M::size, Lanes{}), plain = fast, windowed = fast;
-    constexpr bool has_windows = Places::is_even && D > 1;
-    MomentWindows<larger(D, 2), degree, D + 1, std::conditional_t<Places::is_even, Places, HatNodes>, W, totals> windows;
+    MomentWindows<larger(D, 2), degree, fields, std::conditional_t<Places::is_even, Places, HatNodes>, W, totals> windows;
     Vec<D, Lanes> places{};
     Lanes values[M::values]{};
     int lane = 0, lanes = 1;
@@ -42,23 +58,13 @@ void compare_spread_with_add(const Lattice<D>& g, Random& random)
                 for (int a = 0; a < D; ++a) places[a][k] = places[a][0];
                 for (int f = 0; f < M::values; ++f) values[f][k] = values[f][0];
             }
-            if constexpr (has_windows) windows.add(places, values, lanes);
+            if constexpr (has_windows<D, Places>) windows.add(places, values, lanes);
             lane  = 0;
             lanes = lanes % 8 + 1;  // twice 1 + 2 + ... + 8 samples
         }
-        IndexBox<D>{{}, g.nodes}.for_each([&](const Index<D>& at) {
-            Vec<D> distance{};
-            double weight = 1.0;
-            for (int a = 0; a < D; ++a) {
-                const double target =
-                    std::is_same_v<Places, CellCenters> ? at[a] + 0.5 : g.cell_coordinate(a, g.node_position(a, at[a]));
-                distance[a] = y[a] - target;
-                weight *= spline_weight<W>(distance[a]);
-            }
-            if (weight > 0) M::add(&plain[g.offset(at) * M::size], distance, weight, u);
-        });
+        add_to_all<M, Places, W>(g, plain, y, u);
     }
-    if constexpr (has_windows)
+    if constexpr (has_windows<D, Places>)
         windows.spread(g, windowed.data());
     else
         windowed = fast;
@@ -90,6 +96,7 @@ void compare_all(Random& random)
     compare_spread_with_add<D, degree, SplineNodes, 4>(lattice_of<D>(5, 3), random);
     compare_spread_with_add<D, degree, SplineNodes, 4, 1>(lattice_of<D>(5, 2), random);
     compare_spread_with_add<D, degree, HatNodes, 3, 2>(lattice_of<D>(5, 1), random);
+    compare_spread_with_add<D, degree, HatNodes, 4, 1, D>(lattice_of<D>(5, 1), random);
     compare_spread_with_add<D, degree, CellCenters, 1>(lattice_of<D>(5, 1), random);
     compare_spread_with_add<D, degree, CellCenters, 3>(lattice_of<D>(5, 2), random);
 }
@@ -100,6 +107,7 @@ TEST(Moments, SpreadEqualsAdd)
     compare_all<1, 0>(random);
     compare_all<1, 1>(random);
     compare_all<1, 3>(random);
+    compare_all<2, 0>(random);
     compare_all<2, 1>(random);
     compare_all<2, 2>(random);
     compare_all<3, 1>(random);
@@ -121,15 +129,7 @@ TEST(Moments, SmallWeightsKeepTheirDigits)
         for (int a = 0; a < 3; ++a) place[a] = Lanes(y[a]);
         windows.add(place, {Lanes(u[0])}, 1);
         windows.spread(g, windowed.data());
-        IndexBox<3>{{}, g.nodes}.for_each([&](const Index<3>& at) {
-            Vec<3> distance{};
-            double weight = 1.0;
-            for (int a = 0; a < 3; ++a) {
-                distance[a] = y[a] - at[a];
-                weight *= spline_weight<4>(distance[a]);
-            }
-            if (weight > 0) M::add(&plain[g.offset(at) * M::size], distance, weight, u);
-        });
+        add_to_all<M, HatNodes, 4>(g, plain, y, u);
         double largest = 0.0, smallest = 1.0;
         IndexBox<3>{{}, g.nodes}.for_each([&](const Index<3>& at) {
             for (int k = 0; k < M::numbers; ++k) {
