@@ -229,8 +229,8 @@ FAULTS = [
     # least squares
     fault("cell-centre-at-node", "distances to the centre of a cell are taken from its lower node", "shape/weights.hpp",
           "return @y - 0.5 * halves - target@;", "y - target", "unit:Moments.SpreadEqualsAdd"),
-    fault("moments-about-next-target", "moments of a window are about the next target", "kernels/moment_windows.hpp",
-          "const double before = 0.5 * W - @1 - t@;", "t", "unit:Moments.SpreadEqualsAdd"),
+    fault("moments-to-mirrored-targets", "sums of windows go to the targets of their rows in reverse", "kernels/moment_windows.hpp",
+          "x * g.stride[0] + @t@ * g.stride[A]", "W - 1 - t", "unit:Moments.SpreadEqualsAdd"),
     fault("shepard-not-normalised", "the mean of degree 0 is not divided by the weights", "kernels/moments.hpp",
           "return @get(record, products + field * unknowns) / weight(record)@;", "get(record, products + field * unknowns)",
           "unit:Reconstruction.OfDegreeZeroIsShepard"),
@@ -478,7 +478,7 @@ FAULTS = [
           "return @cross(next, last) * (1.0 / (dot(next, next) * dot(last, last)))@;", "cross(next, last)",
           "unit:Outline.NormalsAreExactOnCirclesAndSpheres"),
     fault("outline-without-edges", "edges of bodies are rounded", "shape/curved_face.hpp",
-          "if (@is_own || dot(normals[k], mirrored(normals[other], sign)) > least@)", "true", "unit:Outline.RimsAreSharpAndSidesRound"),
+          "f(other, corner, sign, @is_own || dot(normals[face], mirrored(normals[other], sign)) > least@);", "true", "unit:Outline.RimsAreSharpAndSidesRound"),
     fault("faces-flat", "faces are flat", "shape/curved_face.hpp",
           "return @u * v * (T(to_next_[i]) * v + T(to_last_[(i + 1) % count_]) * u)@;", "T(0.0)",
           "unit:CurvedFace.IsOfFourthOrderOnCirclesAndSpheres"),
@@ -494,7 +494,7 @@ FAULTS = [
           "for (int side = 0; side < @2@; ++side) {\n            const int own = pair.surface[side], other = pair.surface[1 - side];\n"
           "            if (vertices", "1", CONTACT_AREAS),
     fault("contact-on-flat-faces", "bodies meet on flat faces", "method/contact_points.cpp",
-          "normals_ = @corner_normals(*outline_, x_->data())@;", "corner_normals(*outline_, x_->data(), 0.0)", "pass:ContactPoints.LieOnCurvedFaces"),
+          "normals_      = @corner_normals(*outline_, x_->data(), near)@;", "corner_normals(*outline_, x_->data(), near, 0.0)", "pass:ContactPoints.LieOnCurvedFaces"),
     fault("contact-normal-of-slave", "the normal is out of the wrong body", "method/contact_points.cpp",
           "r.normal = @found.foot.normal@;", "-1.0 * found.foot.normal", CONTACT_AREAS),
     fault("contact-faces-in-the-middle", "impulses at Gauss points act on all corners of the face alike", "method/contact_step.cpp",

@@ -61,9 +61,13 @@ class PlacedSurface {
     const Outline<D>& outline() const { return *outline_; }
     const std::vector<Vec<D>>& x() const { return *x_; }
     const Extent<D>& extent() const { return extent_; }
-    const Normals<D>& normals()
+    /// At least of the faces that may meet `near`.
+    const Normals<D>& normals(const Extent<D>& near = Extent<D>::everywhere())
     {
-        if (normals_.empty()) normals_ = corner_normals(*outline_, x_->data());
+        if (normals_.empty() || !have_normals_.covers(near)) {
+            normals_      = corner_normals(*outline_, x_->data(), near);
+            have_normals_ = near;
+        }
         return normals_;
     }
     /// A Gauss point of a face.
@@ -80,9 +84,10 @@ class PlacedSurface {
         const Vec<D> area = point.part * t.area();
         return {curved.first() + t.point, unit(area), norm(area)};
     }
-    /// f(key, sample, to) for the Gauss points of all faces that may be near: is_near(x) is asked at their places on flat faces.
+    /// f(key, sample, to) for the Gauss points of all faces that may be near: is_near(x) is asked at their places on flat faces; all
+    /// for which it is true lie in `within`.
     template <class IsNear, class F>
-    std::vector<ContactPoint<D>> in_faces(int pair, int side, const IsNear& is_near, const F& f)
+    std::vector<ContactPoint<D>> in_faces(int pair, int side, const Extent<D>& within, const IsNear& is_near, const F& f)
     {
         const auto count = static_cast<std::ptrdiff_t>(outline_->faces.size());
         std::vector<char> near(outline_->faces.size());
@@ -95,7 +100,7 @@ class PlacedSurface {
             }
         });
         if (std::find(near.begin(), near.end(), 1) == near.end()) return {};
-        normals();
+        normals(within);
         return in_pieces<D>(outline_->faces.size(), [&](std::ptrdiff_t k, std::vector<ContactPoint<D>>& to) {
             if (!near[k]) return;
             ContactKey key{pair, side, static_cast<int>(k), 0};
@@ -116,6 +121,7 @@ class PlacedSurface {
     const std::vector<Vec<D>>* x_;
     Extent<D> extent_;
     Normals<D> normals_;
+    Extent<D> have_normals_;
 };
 
 /// Finds the points of one surface on another.
@@ -135,36 +141,41 @@ class PointFinder {
                 shifts_.push_back(shift);
                 continue;
             }
-            bool is_near = false;
+            bool comes_near = false;
             for (const Vec<D>& x : x_) {
                 if (!near_.has(x + shift)) continue;
                 within.add(x + shift);
-                is_near = true;
+                comes_near = true;
             }
-            if (is_near) shifts_.push_back(shift);
+            if (comes_near) shifts_.push_back(shift);
         }
         if (shifts_.empty()) return;
-        normals_ = &slave.normals();
-        search_.emplace(master.outline(), master.x().data(), master.normals().data(), reach, within);
+        const bool is_shifted =
+            std::any_of(shifts_.begin(), shifts_.end(), [](const Vec<D>& shift) { return !(shift == Vec<D>{}); });
+        if (!is_shifted) common_ = near_.common_with(slave.extent().widened(reach)).widened(reach);
+        normals_ = &slave.normals(common_);
+        search_.emplace(master.outline(), master.x().data(), master.normals(common_).data(), reach, within);
     }
 
     std::vector<ContactPoint<D>> all(int pair, int side) const
     {
         if (shifts_.empty()) return {};
-        if (on_faces_) {
-            auto may_meet = [&](const Vec<D>& x) {
-                return std::any_of(shifts_.begin(), shifts_.end(), [&](const Vec<D>& shift) { return near_.has(x + shift); });
-            };
-            return placed_.in_faces(pair, side, may_meet, [&](const ContactKey& key, const auto& at, auto& to) {
-                if (const auto found = nearest(at.x, at.normal)) to.push_back(point_at(key, at.x, 0.5 * at.area, *found));
-            });
-        }
+        if (on_faces_)
+            return placed_.in_faces(
+                pair, side, common_, [&](const Vec<D>& x) { return is_near(x); },
+                [&](const ContactKey& key, const auto& at, auto& to) {
+                    if (const auto found = nearest(at.x, at.normal)) to.push_back(point_at(key, at.x, 0.5 * at.area, *found));
+                });
         return in_pieces<D>(x_.size(), [&](std::ptrdiff_t v, std::vector<ContactPoint<D>>& to) {
-            add({pair, side, static_cast<int>(v), 0}, to);
+            if (is_near(x_[v])) add({pair, side, static_cast<int>(v), 0}, to);
         });
     }
 
   private:
+    bool is_near(const Vec<D>& x) const
+    {
+        return std::any_of(shifts_.begin(), shifts_.end(), [&](const Vec<D>& shift) { return near_.has(x + shift); });
+    }
     static ContactPoint<D> point_at(const ContactKey& key, const Vec<D>& x, double area, const Nearest<D>& found)
     {
         ContactPoint<D> r{.key = key, .face = found.face, .weight = {}};
@@ -216,6 +227,8 @@ class PointFinder {
     const std::vector<Vec<D>>& x_;
     bool on_faces_;
     Extent<D> near_;
+    /// Where faces meet: the same for both sides of a pair, which finds normals once.
+    Extent<D> common_ = Extent<D>::everywhere();
     std::vector<Vec<D>> shifts_;
     const Normals<D>* normals_ = nullptr;
     std::optional<FaceSearch<D>> search_;
@@ -313,7 +326,7 @@ class ObstacleFinder {
         if (shifts.empty()) return {};
         if (on_faces)
             return surface.in_faces(
-                pair, 0, [&](const Vec<D>& at) { return nearest(at, nullptr, shifts).has_value(); },
+                pair, 0, Extent<D>::everywhere(), [&](const Vec<D>& at) { return nearest(at, nullptr, shifts).has_value(); },
                 [&](const ContactKey& key, const auto& at, auto& to) {
                     if (const auto foot = nearest(at.x, &at.normal, shifts)) to.push_back(point_at(key, at.x, at.area, *foot));
                 });

@@ -5,6 +5,7 @@
 #include "base/parallel.hpp"
 #include "shape/outline.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace ordo {
@@ -24,36 +25,68 @@ ORDO_FLAT inline Vec<D> part_of_normal(const Vec<D>* x, int count, int c)
     }
 }
 
+/// Bounds of the curved face k, m: its height is below that of the slopes allowed at its corners.
+template <int D>
+Extent<D> extent_of_curve(const Outline<D>& outline, std::size_t k, const Vec<D>* x)
+{
+    const Extent<D> flat = outline.extent_of(k, x);
+    return flat.widened(0.2 * flat.largest_side());
+}
+
 /// The outward unit normals of the surface at the corners of each face, for vertices at x, m: of the faces around the vertex that
 /// turn from this one by less than `crease`, radians. The others lie beyond an edge of the body. Beyond planes of symmetry the body goes
-/// on as its image.
+/// on as its image. Only of the faces that may meet `near`; those of others are not set.
 template <int D>
 std::vector<std::array<Vec<D>, Face<D>::max_corners>> corner_normals(const Outline<D>& outline, const Vec<D>* x,
-                                                                     double crease = 0.7)
+                                                                     const Extent<D>& near = Extent<D>::everywhere(),
+                                                                     double crease         = 0.7)
 {
-    const std::size_t count = outline.faces.size();
-    std::vector<std::array<Vec<D>, Face<D>::max_corners>> parts(count), r(count);
-    std::vector<Vec<D>> normals(count);
-    parallel_for_each(count, [&](std::ptrdiff_t k) {
-        const auto at     = outline.corners_of(k, x);
+    const auto faces    = static_cast<std::ptrdiff_t>(outline.faces.size());
+    const auto vertices = static_cast<std::ptrdiff_t>(outline.corners.size());
+    std::vector<char> is_near(faces), has_normals(vertices);
+    parallel_for_each(faces, [&](std::ptrdiff_t k) { is_near[k] = extent_of_curve(outline, k, x).meets(near); });
+    parallel_for_each(vertices, [&](std::ptrdiff_t v) {
+        for (int i = outline.first[v]; i < outline.first[v + 1]; ++i)
+            has_normals[v] = has_normals[v] || is_near[outline.around[i].first];
+    });
+    std::vector<std::array<Vec<D>, Face<D>::max_corners>> parts(faces), r(faces);
+    std::vector<Vec<D>> normals(faces);
+    parallel_for_each(faces, [&](std::ptrdiff_t k) {
         const int corners = outline.faces[k].count;
-        normals[k]        = unit(face_area(at.data(), corners));
+        const auto& own   = outline.vertices[k];
+        if (std::none_of(own.begin(), own.begin() + corners, [&](int v) { return has_normals[v]; })) return;
+        const auto at = outline.corners_of(k, x);
+        normals[k]    = unit(face_area(at.data(), corners));
         for (int c = 0; c < corners; ++c) parts[k][c] = part_of_normal<D>(at.data(), corners, c);
     });
     const double least = std::cos(crease);
-    parallel_for_each(count, [&](std::ptrdiff_t k) {
-        for (int c = 0; c < outline.faces[k].count; ++c) {
-            const int v = outline.vertices[k][c];
-            Vec<D> sum{};
+    parallel_for_each(vertices, [&](std::ptrdiff_t v) {
+        if (!has_normals[v]) return;
+        // f(other, its corner, sign, whether it joins) for the faces around the vertex and their images, seen from one of them.
+        auto for_each_around = [&](int face, const auto& f) {
             for (int i = outline.first[v]; i < outline.first[v + 1]; ++i) {
-                const int other = outline.around[i].first, corner = outline.around[i].second;
-                outline.for_each_image(v, [&](const Vec<D>& sign) {
-                    const bool is_own = other == k && sign == Vec<D>::filled(1.0);
-                    if (is_own || dot(normals[k], mirrored(normals[other], sign)) > least)
-                        sum += mirrored(parts[other][corner], sign);
+                const auto [other, corner] = outline.around[i];
+                outline.for_each_image(v, [&, other = other, corner = corner](const Vec<D>& sign) {
+                    const bool is_own = other == face && sign == Vec<D>::filled(1.0);
+                    f(other, corner, sign, is_own || dot(normals[face], mirrored(normals[other], sign)) > least);
                 });
             }
-            r[k][c] = unit(sum);
+        };
+        bool is_smooth = true;  // so that the normals are equal
+        for (int i = outline.first[v]; i < outline.first[v + 1] && is_smooth; ++i)
+            for_each_around(outline.around[i].first,
+                            [&](int, int, const Vec<D>&, bool joins) { is_smooth = is_smooth && joins; });
+        Vec<D> normal{};
+        for (int i = outline.first[v]; i < outline.first[v + 1]; ++i) {
+            const auto [face, corner] = outline.around[i];
+            if (!is_smooth || i == outline.first[v]) {
+                Vec<D> sum{};
+                for_each_around(face, [&](int other, int at, const Vec<D>& sign, bool joins) {
+                    if (joins) sum += mirrored(parts[other][at], sign);
+                });
+                normal = unit(sum);
+            }
+            r[face][corner] = normal;
         }
     });
     return r;
@@ -131,6 +164,7 @@ class CurvedFace {
     template <class T = double>
     using Place = Vec<D - 1, T>;
 
+    CurvedFace() = default;
     CurvedFace(const Vec<D>* x, const Vec<D>* n, int count) : count_(count), normal_(unit(face_area(x, count))), first_(x[0])
     {
         for (int i = 0; i < count; ++i) {
@@ -191,27 +225,28 @@ class CurvedFace {
         return r;
     }
     /// Gauss-Newton from the middle: x - point(s) becomes normal to the face.
-    Foot<D> foot(const Vec<D>& x) const
+    Foot<D> foot(const Vec<D>& x) const { return foot(x, Place<>::filled(count_ == 3 ? 1.0 / 3 : 0.5)); }
+    /// From the place s, such as that on the plane.
+    Foot<D> foot(const Vec<D>& x, Place<> s) const
     {
         constexpr int most         = 40;
         constexpr double converged = 1e-13, edge = 1e-7;  // places: edges are no gaps for bodies far from the origin
         const Vec<D> from_first = x - first_;
-        Place<> s               = Place<>::filled(count_ == 3 ? 1.0 / 3 : 0.5);
         Foot<D> r{};
         for (int k = 0; k < most; ++k) {
+            for (int d = 0; d < D - 1; ++d) s[d] = std::min(2.0, std::max(-1.0, s[d]));  // beyond that the cubic has no meaning
             const Tangents t   = tangents(s);
             const Vec<D> away  = from_first - t.point;
             const Place<> step = towards(away, t);
             double size        = 0.0;
-            for (int d = 0; d < D - 1; ++d) size = std::fmax(size, std::fabs(step[d]));
+            for (int d = 0; d < D - 1; ++d) size = std::max(size, std::fabs(step[d]));
             if (size < converged) {
                 r.is_inside = true;
                 r.normal    = t.normal();
                 r.gap       = dot(away, r.normal);
                 break;
             }
-            for (int d = 0; d < D - 1; ++d)
-                s[d] = std::fmin(std::fmax(s[d] + step[d], -1.0), 2.0);  // beyond that the cubic has no meaning
+            s += step;
         }
         face_weights<D>(count_, s, r.weight);
         for (int i = 0; i < count_; ++i) r.is_inside = r.is_inside && r.weight[i] > -edge;
@@ -295,8 +330,8 @@ class CurvedFace {
         }
     }
 
-    int count_;
-    Vec<D> normal_, first_, x_[max_corners]{};                ///< x_: corners from the first, m
+    int count_ = 0;
+    Vec<D> normal_{}, first_{}, x_[max_corners]{};            ///< x_: corners from the first, m
     double to_next_[max_corners]{}, to_last_[max_corners]{};  ///< slopes b_ij times lengths, m
 };
 

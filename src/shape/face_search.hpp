@@ -6,62 +6,12 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 #include <optional>
 
 namespace ordo {
 
 /// Surfaces face each other where the product of their outward normals is below this.
 inline constexpr double kFacing = -0.3;
-
-/// Bounds of points, m; empty at first.
-template <int D>
-struct Extent {
-    Vec<D> low = Vec<D>::filled(std::numeric_limits<double>::infinity()), high = -1.0 * low;
-
-    static Extent of(const std::vector<Vec<D>>& x)
-    {
-        Extent r;
-        for (const Vec<D>& one : x) r.add(one);
-        return r;
-    }
-    static Extent everywhere()
-    {
-        Extent r;
-        std::swap(r.low, r.high);
-        return r;
-    }
-    void add(const Vec<D>& x)
-    {
-        for (int a = 0; a < D; ++a) {
-            low[a]  = std::min(low[a], x[a]);
-            high[a] = std::max(high[a], x[a]);
-        }
-    }
-    Extent widened(double by) const { return {low - Vec<D>::filled(by), high + Vec<D>::filled(by)}; }
-    Extent moved(const Vec<D>& by) const { return {low + by, high + by}; }
-    Extent common_with(const Extent& other) const
-    {
-        Extent r;
-        for (int a = 0; a < D; ++a) {
-            r.low[a]  = std::max(low[a], other.low[a]);
-            r.high[a] = std::min(high[a], other.high[a]);
-        }
-        return r;
-    }
-    bool has(const Vec<D>& x) const
-    {
-        for (int a = 0; a < D; ++a)
-            if (!(x[a] >= low[a] && x[a] <= high[a])) return false;
-        return true;
-    }
-    bool meets(const Extent& other) const
-    {
-        for (int a = 0; a < D; ++a)
-            if (!(other.high[a] >= low[a] && other.low[a] <= high[a])) return false;
-        return true;
-    }
-};
 
 /// A face and the point of it that is nearest to a given one.
 template <int D>
@@ -76,23 +26,26 @@ class FaceSearch {
   public:
     using Normals = std::vector<std::array<Vec<D>, Face<D>::max_corners>>;
 
-    /// `reach`: the largest distance of points that are looked for, m; all of these lie in `within`. Outline, places x and normals n
-    /// are used until the last search.
+    /// `reach`: the largest distance of points that are looked for, m; all of these lie in `within`.
     FaceSearch(const Outline<D>& outline, const Vec<D>* x, const typename Normals::value_type* n, double reach,
                const Extent<D>& within = Extent<D>::everywhere())
-        : outline_(outline), x_(x), n_(n), reach_(reach), looks_(outline.faces.size())
+        : reach_(reach)
     {
-        parallel_for_each(static_cast<std::ptrdiff_t>(looks_.size()), [&](std::ptrdiff_t k) { looks_[k] = look_at(k); });
-        std::vector<int> wanted;
-        double width = 2 * reach;
-        for (std::size_t k = 0; k < looks_.size(); ++k) {
-            if (!looks_[k].box.meets(within)) continue;
-            wanted.push_back(static_cast<int>(k));
-            all_.add(looks_[k].box.low);
-            all_.add(looks_[k].box.high);
-            width = std::max(width, looks_[k].size);
+        const Extent<D> reached = within.widened(reach);
+        std::vector<char> is_near(outline.faces.size());
+        parallel_for_each(outline.faces.size(),
+                          [&](std::ptrdiff_t k) { is_near[k] = extent_of_curve(outline, k, x).meets(reached); });
+        std::vector<int> near;
+        for (std::size_t k = 0; k < is_near.size(); ++k)
+            if (is_near[k]) near.push_back(static_cast<int>(k));
+        if (near.empty()) return;
+        looks_.resize(near.size());
+        parallel_for_each(near.size(), [&](std::ptrdiff_t i) { looks_[i] = look_at(outline, near[i], x, n[near[i]].data()); });
+        for (const Look& look : looks_) {
+            all_.add(look.box.low);
+            all_.add(look.box.high);
         }
-        if (!wanted.empty()) fill_bins(wanted, width);
+        fill_bins();
     }
 
     /// The nearest face within reach of x that faces a surface of outward normal n there (n . n_face < kFacing); of equally near
@@ -103,50 +56,52 @@ class FaceSearch {
         if (!all_.has(x)) return best;
         const std::int64_t here = key(bin_of(x));
         for (int i = first_[here]; i < first_[here + 1]; ++i) {
-            const int k = faces_[i];
-            if (!looks_[k].may_face(x, n, outline_.faces[k].count == 3)) continue;
-            const Foot<D> foot = face(k).foot(x);
+            const Look& look                      = looks_[in_bins_[i]];
+            const std::optional<Vec<D - 1>> place = look.place_facing(x, n);
+            if (!place) continue;
+            const Foot<D> foot = look.curve.foot(x, *place);
             if (!foot.is_inside || !(std::fabs(foot.gap) <= reach_) || !(dot(foot.normal, n) < kFacing)) continue;
-            if (!best || std::fabs(foot.gap) < std::fabs(best->foot.gap)) best = Nearest<D>{k, foot};
+            if (!best || std::fabs(foot.gap) < std::fabs(best->foot.gap)) best = Nearest<D>{look.face, foot};
         }
         return best;
     }
-    CurvedFace<D> face(int k) const { return {outline_.corners_of(k, x_).data(), n_[k].data(), outline_.faces[k].count}; }
 
   private:
-    /// What tells without its curve that a face has no foot of a point.
+    /// A face, and what tells without its curve that it has no foot of a point.
     struct Look {
-        Extent<D> box;      ///< of its corners, widened by reach and height
-        double size = 0.0;  ///< largest side of the box of its corners, m
+        int face = -1;
+        bool is_triangle{};
+        CurvedFace<D> curve;
+        Extent<D> box;  ///< of all points that it may be the nearest of, m
         Vec<D> middle{}, normal{};
         Vec<D> dual[D - 1];   ///< of its edges: places in units of these, 1/m
         double margin = 0.0;  ///< by which a foot's place on the curve may differ from that on the plane
 
-        bool may_face(const Vec<D>& x, const Vec<D>& n, bool is_triangle) const
+        /// The place of x on the plane of the face, if a foot on the curve may face a surface of normal n there.
+        std::optional<Vec<D - 1>> place_facing(const Vec<D>& x, const Vec<D>& n) const
         {
             constexpr double aside = 0.5;  // normals of a curved face differ by less than 0.7 from that of the plane
-            if (!box.has(x) || dot(normal, n) > aside) return false;
-            double least = 0.0, sum = 0.0, most = 0.0;
-            for (const Vec<D>& d : dual) {
-                const double place = dot(x - middle, d);
-                least              = std::min(least, place);
-                most               = std::max(most, place);
-                sum += place;
+            if (!box.has(x) || dot(normal, n) > aside) return {};
+            Vec<D - 1> place = Vec<D - 1>::filled(is_triangle ? 1.0 / 3 : 0.5);
+            double sum       = 0.0;
+            for (int d = 0; d < D - 1; ++d) {
+                place[d] += dot(x - middle, dual[d]);
+                if (!(place[d] > -margin && place[d] < 1 + margin)) return {};
+                sum += place[d];
             }
-            if (is_triangle) return least > -1.0 / 3 - margin && sum < 1.0 / 3 + margin;
-            return least > -0.5 - margin && most < 0.5 + margin;
+            if (is_triangle && !(sum < 1 + margin)) return {};
+            return place;
         }
     };
-    Look look_at(std::ptrdiff_t k) const
+    Look look_at(const Outline<D>& outline, int k, const Vec<D>* x, const Vec<D>* n) const
     {
-        const int count = outline_.faces[k].count;
-        const auto at   = outline_.corners_of(static_cast<std::size_t>(k), x_);
-        Look r;
-        for (int c = 0; c < count; ++c) r.box.add(at[c]);
-        for (int a = 0; a < D; ++a) r.size = std::max(r.size, r.box.high[a] - r.box.low[a]);
-        r.box    = r.box.widened(reach_ + 0.2 * r.size);  // the height is below that of the slopes allowed at corners
-        r.middle = face_center(at.data(), count);
-        r.normal = unit(face_area(at.data(), count));
+        const int count        = outline.faces[k].count;
+        const auto at          = outline.corners_of(static_cast<std::size_t>(k), x);
+        const Extent<D> curved = extent_of_curve(outline, k, x);
+        Look r{.face = k, .is_triangle = count == 3, .curve = {at.data(), n, count}, .box = outline.extent_of(k, x), .dual = {}};
+        const double size = r.box.largest_side();
+        r.middle          = face_center(at.data(), count);
+        r.normal          = unit(face_area(at.data(), count));
         Vec<D> edge[D - 1], warp{};
         edge[0] = at[1] - at[0];
         if constexpr (D == 3) {
@@ -163,26 +118,37 @@ class FaceSearch {
         const Mat<D - 1> inverted = inverse(metric);
         double per_m = 0.0, slope = 0.0;
         for (int d = 0; d < D - 1; ++d) {
-            r.dual[d] = {};
             for (int e = 0; e < D - 1; ++e) r.dual[d] += inverted(d, e) * edge[e];
             per_m = std::max(per_m, norm(r.dual[d]));
         }
         for (int c = 0; c < count; ++c) {
-            const double cosine = dot(n_[k][c], r.normal);
+            const double cosine = dot(n[c], r.normal);
             slope               = std::max(slope, std::sqrt(std::max(0.0, 1 / (cosine * cosine) - 1)));
         }
         slope *= 2;  // between the corners
-        r.margin = 0.02 + per_m * ((reach_ + slope * r.size) * slope + norm(warp) / 4);
+        r.margin = 0.02 + per_m * ((reach_ + slope * size) * slope + norm(warp) / 4);
+        // A point with the foot P + h N on the curve is P + h N + g n, with P on the flat face, |g| <= reach and a normal n that
+        // is N within the slopes of the curve and those of a warped face.
+        const double turn = slope + 2 * per_m * norm(warp);
+        for (int a = 0; a < D; ++a) {
+            const double across = std::min(1.0, std::fabs(r.normal[a]));  // 1 where a face has no normal
+            const double by     = 1e-6 * size + (curved.high[a] - r.box.high[a]) * across + reach_ * std::min(1.0, across + turn);
+            r.box.low[a] -= by;
+            r.box.high[a] += by;
+        }
         return r;
     }
-    void fill_bins(const std::vector<int>& wanted, double width)
+    /// Bins are as wide as the mean box, if they are not too many.
+    void fill_bins()
     {
-        const auto most     = static_cast<std::int64_t>(64 + 8 * wanted.size());
+        Vec<D> width{};
+        for (const Look& look : looks_) width += (1.0 / static_cast<double>(looks_.size())) * (look.box.high - look.box.low);
+        const auto most     = static_cast<std::int64_t>(64 + 8 * looks_.size());
         const Vec<D> length = all_.high - all_.low;
         for (;; width *= 2) {
             std::int64_t total = 1;
             for (int a = 0; a < D; ++a) {
-                bins_[a]  = std::clamp<std::int64_t>(static_cast<std::int64_t>(length[a] / width), 1, most);
+                bins_[a]  = std::clamp<std::int64_t>(static_cast<std::int64_t>(length[a] / width[a]), 1, most);
                 per_m_[a] = static_cast<double>(bins_[a]) / length[a];
                 total     = std::min(total * bins_[a], most + 1);
             }
@@ -190,15 +156,16 @@ class FaceSearch {
             first_.assign(static_cast<std::size_t>(total) + 1, 0);
             break;
         }
-        auto for_each_bin = [&](int k, auto&& f) {
-            IndexBox<D>{bin_of(looks_[k].box.low), bin_of(looks_[k].box.high) + Index<D>::filled(1)}.for_each(
+        auto for_each_bin = [&](const Look& look, auto&& f) {
+            IndexBox<D>{bin_of(look.box.low), bin_of(look.box.high) + Index<D>::filled(1)}.for_each(
                 [&](const Index<D>& i) { f(key(i)); });
         };
-        for (const int k : wanted) for_each_bin(k, [&](std::int64_t b) { ++first_[b + 1]; });
+        for (const Look& look : looks_) for_each_bin(look, [&](std::int64_t b) { ++first_[b + 1]; });
         for (std::size_t b = 1; b < first_.size(); ++b) first_[b] += first_[b - 1];
-        faces_.resize(static_cast<std::size_t>(first_.back()));
+        in_bins_.resize(static_cast<std::size_t>(first_.back()));
         std::vector<int> next(first_.begin(), first_.end() - 1);
-        for (const int k : wanted) for_each_bin(k, [&](std::int64_t b) { faces_[next[b]++] = k; });
+        for (std::size_t i = 0; i < looks_.size(); ++i)
+            for_each_bin(looks_[i], [&](std::int64_t b) { in_bins_[next[b]++] = static_cast<int>(i); });
     }
     Index<D> bin_of(const Vec<D>& x) const
     {
@@ -214,16 +181,13 @@ class FaceSearch {
         return r;
     }
 
-    const Outline<D>& outline_;
-    const Vec<D>* x_;
-    const typename Normals::value_type* n_;
     double reach_;
-    std::vector<Look> looks_;
-    Extent<D> all_;  ///< of the boxes in bins
+    std::vector<Look> looks_;  ///< at the faces that may be near, ascending
+    Extent<D> all_;            ///< of the boxes in bins
     std::array<std::int64_t, D> bins_{};
     Vec<D> per_m_{};
-    std::vector<int> first_;  ///< of each bin, and the end of the last: where its faces begin, ascending
-    std::vector<int> faces_;
+    std::vector<int> first_;    ///< of each bin, and the end of the last: where its looks begin
+    std::vector<int> in_bins_;  ///< ascending in each
 };
 
 }  // namespace ordo

@@ -47,8 +47,7 @@ ORDO_FLAT inline Vec<D> face_center(const Vec<D>* x, int count)
 template <int D>
 double share_of_corner(const Vec<D>* x, int count, int corner)
 {
-    const double area = norm(face_area(x, count));
-    if (count < 4) return area / count;
+    if (count < 4) return norm(face_area(x, count)) / count;
     double sum = 0.0;
     for (int k = 0; k < 4; ++k) {
         constexpr double weight[] = {4, 2, 1, 2};  // of the corner itself, its neighbours, and the one opposite, over 36

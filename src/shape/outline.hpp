@@ -1,6 +1,7 @@
 // The outline of a body as contact sees it: its outer faces, which move with their corners.
 #pragma once
 
+#include "shape/extent.hpp"
 #include "shape/faces.hpp"
 
 #include <cmath>
@@ -28,13 +29,20 @@ struct Outline {
         for (int c = 0; c < faces[k].count; ++c) r[c] = x[vertices[k][c]];
         return r;
     }
+    Extent<D> extent_of(std::size_t k, const Vec<D>* x) const
+    {
+        Extent<D> r;
+        for (int c = 0; c < faces[k].count; ++c) r.add(x[vertices[k][c]]);
+        return r;
+    }
     /// f(sign) for each image of the body in the planes of symmetry through vertex v, itself included: vectors change by sign[a] along
     /// axis a.
     template <class F>
-    void for_each_image(int v, F&& f) const
+    void for_each_image(std::ptrdiff_t v, F&& f) const
     {
+        if (planes.empty()) return f(Vec<D>::filled(1.0));
         int mirrors = 0;
-        for (int a = 0; a < D && !planes.empty(); ++a)
+        for (int a = 0; a < D; ++a)
             if (!std::isnan(planes[v][a])) mirrors |= 1 << a;
         for (int image = 0; image < 1 << D; ++image) {
             if (image & ~mirrors) continue;
