@@ -394,8 +394,12 @@ void check_search(const Surface<D>& s, double reach)
 {
     test::Random random(13);
     const FaceSearch<D> search(s.outline, s.x.data(), s.n.data(), reach);
-    int found = 0, none = 0;
-    for (int k = 0; k < 60; ++k) {
+    Extent<D> part       = Extent<D>::everywhere();
+    part.low[0]          = 0.3;
+    const auto n_of_part = corner_normals(s.outline, s.x.data(), part.widened(reach));
+    const FaceSearch<D> search_in_part(s.outline, s.x.data(), n_of_part.data(), reach, part);
+    int found = 0, none = 0, in_part = 0;
+    for (int k = 0; k < 400; ++k) {
         Vec<D> x{}, n{};
         for (int a = 0; a < D; ++a) {
             x[a] = test::uniform(random, -1, 1);
@@ -407,9 +411,17 @@ void check_search(const Surface<D>& s, double reach)
         const auto found_face = search.nearest(x, n);
         ASSERT_EQ(found_face ? found_face->face : -1, best);
         (best < 0 ? none : found) += 1;
+        if (!part.has(x)) continue;
+        const auto same = search_in_part.nearest(x, n);
+        ASSERT_EQ(same ? same->face : -1, best);
+        if (best < 0) continue;
+        EXPECT_EQ(same->foot.gap, found_face->foot.gap);
+        EXPECT_EQ(same->foot.normal, found_face->foot.normal);
+        ++in_part;
     }
-    EXPECT_GT(found, 8);
-    EXPECT_GT(none, 8);
+    EXPECT_GT(found, 50);
+    EXPECT_GT(none, 50);
+    EXPECT_GT(in_part, 20);
 }
 TEST(FaceSearch, FindsTheNearestOfAllFaces)
 {
