@@ -163,6 +163,19 @@ void require_known_command(const CLI::App& cli, const std::string& given)
         throw InputError(given + ": there is no such command. " + io::suggestion(given, commands) + " See ordo --help.");
 }
 
+/// Throws InputError if a launcher has started more than one process: each would run the whole command.
+void require_one_process()
+{
+    for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"}) {
+        const char* count = std::getenv(name);
+        if (count && std::atoi(count) > 1)
+            throw InputError(
+                fmt::format("started as one of {} processes ({}), but ordo runs on one; start it without mpiexec or srun, "
+                            "with --threads for more cores; if each process has a case of its own, unset {}",
+                            count, name, name));
+    }
+}
+
 /// Runs the command that the line names; returns the exit code.
 int dispatch(int argc, char** argv)
 {
@@ -178,7 +191,10 @@ int dispatch(int argc, char** argv)
     add_bench(cli, line);
     app::add_drive(cli, line.result);
 
-    if (argc > 1 && argv[1][0] != '-') require_known_command(cli, argv[1]);
+    if (argc > 1 && argv[1][0] != '-') {
+        require_known_command(cli, argv[1]);
+        if (std::string("bench") != argv[1]) require_one_process();
+    }
     try {
         cli.parse(argc, argv);
     } catch (const CLI::Success& e) {

@@ -1,10 +1,12 @@
 """Nothing that lies in an output directory is ever lost, and two runs never write to one."""
 
+import os
 import re
 import shutil
 import subprocess
 import time
 import unittest
+import unittest.mock
 
 from harness import CASE, HANG, InTemporaryDirectory, contents, edit, frames, has_hdf5, ordo, start
 
@@ -44,6 +46,29 @@ class Directory(InTemporaryDirectory):
     def kill(self, process):
         process.kill()
         process.communicate(timeout=HANG)
+
+
+class ManyProcesses(Directory):
+    """Under mpiexec or srun each process would run the case."""
+
+    def run_as_one_of(self, variable, count, *args):
+        with unittest.mock.patch.dict(os.environ, {variable: count}):
+            return ordo(*args, cwd=self.dir)
+
+    def test_are_refused(self):
+        before = contents(self.dir)
+        for variable in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"):
+            for command in (("run", "case.toml", "--output", "out"), ("verify", "homogeneous"), ("list", "methods")):
+                done = self.run_as_one_of(variable, "4", *command)
+                self.assertEqual((done.returncode, done.stdout), (2, ""))
+                for text in ("one of 4 processes", variable, "--threads"):
+                    self.assertIn(text, done.stderr)
+        self.assertEqual(contents(self.dir), before)
+
+    def test_one_is_not(self):
+        for variable in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"):
+            self.assertEqual(self.run_as_one_of(variable, "1", "check", "case.toml").returncode, 0)
+            self.assertEqual(self.run_as_one_of(variable, "4", "--version").returncode, 0)
 
 
 class Results(Directory):
