@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The gate, which CI runs (.ci/run). Sets up a fresh Debian/Ubuntu machine; then takes at most 20 minutes on two cores with an
-# empty ccache: static checks; one checked build (contracts on, warnings are errors) and all tests with it; clang-tidy and headers
+# The gate, which CI runs (.ci/run). Sets up a fresh Debian/Ubuntu machine; then takes 15 to 45 minutes on two cores, the
+# less with a full ccache: static checks; one checked build (contracts on, warnings are errors) and all tests with it; clang-tidy and headers
 # of changed files; the release build and the beginning of every case with it. The last lines are ctest's. Other compilers,
 # instructions and sanitizers are in scripts/nightly.sh.
 set -euo pipefail
