@@ -236,8 +236,8 @@ TEST(Obstacles, held_components)
     o[0].velocity                          = {Field([](const FieldPoint& at) { return 2 * at.t; }), Field(1.0)};
     o[0].inverse_mass                      = {0.0, 0.5};
     std::vector<ObstacleMotion<2>> motions = {start_of(o[0], 0.0)};
-    kick(o, motions, {3, -10}, 0.5, 0.1);
-    EXPECT_EQ(motions[0].velocity, (Vec<2>{1.0, 0.0}));
+    kick(o, motions, {3, -10}, 0.5, 0.125);
+    EXPECT_EQ(motions[0].velocity, (Vec<2>{1.0, -0.25}));
     EXPECT_TRUE(o[0].is_moved());
 }
 
