@@ -25,12 +25,19 @@ ORDO_FLAT inline Vec<D> part_of_normal(const Vec<D>* x, int count, int c)
     }
 }
 
-/// Bounds of the curved face k, m: its height is below that of the slopes allowed at its corners.
+/// The largest height of a curved face over its corners, in its largest side: that of the slopes allowed at corners.
+inline constexpr double kLargestHeight = 0.2;
+
+/// Whether each curved face may meet a region.
 template <int D>
-Extent<D> extent_of_curve(const Outline<D>& outline, std::size_t k, const Vec<D>* x)
+std::vector<char> faces_near(const Outline<D>& outline, const Vec<D>* x, const Extent<D>& region)
 {
-    const Extent<D> flat = outline.extent_of(k, x);
-    return flat.widened(0.2 * flat.largest_side());
+    std::vector<char> r(outline.faces.size());
+    parallel_for_each(outline.faces.size(), [&](std::ptrdiff_t k) {
+        const Extent<D> corners = outline.extent_of(k, x);
+        r[k]                    = corners.widened(kLargestHeight * corners.largest_side()).meets(region);
+    });
+    return r;
 }
 
 /// The outward unit normals of the surface at the corners of each face, for vertices at x, m: of the faces around the vertex that
@@ -41,10 +48,10 @@ std::vector<std::array<Vec<D>, Face<D>::max_corners>> corner_normals(const Outli
                                                                      const Extent<D>& near = Extent<D>::everywhere(),
                                                                      double crease         = 0.7)
 {
-    const auto faces    = static_cast<std::ptrdiff_t>(outline.faces.size());
-    const auto vertices = static_cast<std::ptrdiff_t>(outline.corners.size());
-    std::vector<char> is_near(faces), has_normals(vertices);
-    parallel_for_each(faces, [&](std::ptrdiff_t k) { is_near[k] = extent_of_curve(outline, k, x).meets(near); });
+    const auto faces                = static_cast<std::ptrdiff_t>(outline.faces.size());
+    const auto vertices             = static_cast<std::ptrdiff_t>(outline.corners.size());
+    const std::vector<char> is_near = faces_near(outline, x, near);
+    std::vector<char> has_normals(vertices);
     parallel_for_each(vertices, [&](std::ptrdiff_t v) {
         for (int i = outline.first[v]; i < outline.first[v + 1]; ++i)
             has_normals[v] = has_normals[v] || is_near[outline.around[i].first];
@@ -224,9 +231,12 @@ class CurvedFace {
         }
         return r;
     }
-    /// Gauss-Newton from the middle: x - point(s) becomes normal to the face.
-    Foot<D> foot(const Vec<D>& x) const { return foot(x, Place<>::filled(count_ == 3 ? 1.0 / 3 : 0.5)); }
-    /// From the place s, such as that on the plane.
+    int corner_count() const { return count_; }
+    /// Outward unit normal of the plane.
+    const Vec<D>& plane_normal() const { return normal_; }
+    Place<> middle() const { return Place<>::filled(count_ == 3 ? 1.0 / 3 : 0.5); }
+    Foot<D> foot(const Vec<D>& x) const { return foot(x, middle()); }
+    /// Gauss-Newton from the place s: x - point(s) becomes normal to the face.
     Foot<D> foot(const Vec<D>& x, Place<> s) const
     {
         constexpr int most         = 40;

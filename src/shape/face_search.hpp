@@ -31,10 +31,7 @@ class FaceSearch {
                const Extent<D>& within = Extent<D>::everywhere())
         : reach_(reach)
     {
-        const Extent<D> reached = within.widened(reach);
-        std::vector<char> is_near(outline.faces.size());
-        parallel_for_each(outline.faces.size(),
-                          [&](std::ptrdiff_t k) { is_near[k] = extent_of_curve(outline, k, x).meets(reached); });
+        const std::vector<char> is_near = faces_near(outline, x, within.widened(reach));
         std::vector<int> near;
         for (std::size_t k = 0; k < is_near.size(); ++k)
             if (is_near[k]) near.push_back(static_cast<int>(k));
@@ -70,10 +67,9 @@ class FaceSearch {
     /// A face, and what tells without its curve that it has no foot of a point.
     struct Look {
         int face = -1;
-        bool is_triangle{};
         CurvedFace<D> curve;
         Extent<D> box;  ///< of all points that it may be the nearest of, m
-        Vec<D> middle{}, normal{};
+        Vec<D> middle{};
         Vec<D> dual[D - 1];   ///< of its edges: places in units of these, 1/m
         double margin = 0.0;  ///< by which a foot's place on the curve may differ from that on the plane
 
@@ -81,27 +77,26 @@ class FaceSearch {
         std::optional<Vec<D - 1>> place_facing(const Vec<D>& x, const Vec<D>& n) const
         {
             constexpr double aside = 0.5;  // normals of a curved face differ by less than 0.7 from that of the plane
-            if (!box.has(x) || dot(normal, n) > aside) return {};
-            Vec<D - 1> place = Vec<D - 1>::filled(is_triangle ? 1.0 / 3 : 0.5);
+            if (!box.has(x) || dot(curve.plane_normal(), n) > aside) return {};
+            Vec<D - 1> place = curve.middle();
             double sum       = 0.0;
             for (int d = 0; d < D - 1; ++d) {
                 place[d] += dot(x - middle, dual[d]);
                 if (!(place[d] > -margin && place[d] < 1 + margin)) return {};
                 sum += place[d];
             }
-            if (is_triangle && !(sum < 1 + margin)) return {};
+            if (curve.corner_count() == 3 && !(sum < 1 + margin)) return {};
             return place;
         }
     };
     Look look_at(const Outline<D>& outline, int k, const Vec<D>* x, const Vec<D>* n) const
     {
-        const int count        = outline.faces[k].count;
-        const auto at          = outline.corners_of(static_cast<std::size_t>(k), x);
-        const Extent<D> curved = extent_of_curve(outline, k, x);
-        Look r{.face = k, .is_triangle = count == 3, .curve = {at.data(), n, count}, .box = outline.extent_of(k, x), .dual = {}};
-        const double size = r.box.largest_side();
-        r.middle          = face_center(at.data(), count);
-        r.normal          = unit(face_area(at.data(), count));
+        const int count = outline.faces[k].count;
+        const auto at   = outline.corners_of(static_cast<std::size_t>(k), x);
+        Look r{.face = k, .curve = {at.data(), n, count}, .box = outline.extent_of(k, x), .dual = {}};
+        const double size    = r.box.largest_side();
+        const Vec<D>& normal = r.curve.plane_normal();
+        r.middle             = face_center(at.data(), count);
         Vec<D> edge[D - 1], warp{};
         edge[0] = at[1] - at[0];
         if constexpr (D == 3) {
@@ -122,7 +117,7 @@ class FaceSearch {
             per_m = std::max(per_m, norm(r.dual[d]));
         }
         for (int c = 0; c < count; ++c) {
-            const double cosine = dot(n[c], r.normal);
+            const double cosine = dot(n[c], normal);
             slope               = std::max(slope, std::sqrt(std::max(0.0, 1 / (cosine * cosine) - 1)));
         }
         slope *= 2;  // between the corners
@@ -131,8 +126,8 @@ class FaceSearch {
         // is N within the slopes of the curve and those of a warped face.
         const double turn = slope + 2 * per_m * norm(warp);
         for (int a = 0; a < D; ++a) {
-            const double across = std::min(1.0, std::fabs(r.normal[a]));  // 1 where a face has no normal
-            const double by     = 1e-6 * size + (curved.high[a] - r.box.high[a]) * across + reach_ * std::min(1.0, across + turn);
+            const double across = std::min(1.0, std::fabs(normal[a]));  // 1 where a face has no normal
+            const double by     = 1e-6 * size + kLargestHeight * size * across + reach_ * std::min(1.0, across + turn);
             r.box.low[a] -= by;
             r.box.high[a] += by;
         }

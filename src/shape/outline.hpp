@@ -29,6 +29,7 @@ struct Outline {
         for (int c = 0; c < faces[k].count; ++c) r[c] = x[vertices[k][c]];
         return r;
     }
+    /// Bounds of the corners of face k, m.
     Extent<D> extent_of(std::size_t k, const Vec<D>* x) const
     {
         Extent<D> r;

@@ -48,6 +48,9 @@ class Directory(InTemporaryDirectory):
         process.communicate(timeout=HANG)
 
 
+LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS")  # each says how many processes there are
+
+
 class ManyProcesses(Directory):
     """Under mpiexec or srun each process would run the case."""
 
@@ -57,7 +60,7 @@ class ManyProcesses(Directory):
 
     def test_are_refused(self):
         before = contents(self.dir)
-        for variable in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"):
+        for variable in LAUNCHERS:
             for command in (("run", "case.toml", "--output", "out"), ("verify", "homogeneous"), ("list", "methods")):
                 done = self.run_as_one_of(variable, "4", *command)
                 self.assertEqual((done.returncode, done.stdout), (2, ""))
@@ -66,7 +69,7 @@ class ManyProcesses(Directory):
         self.assertEqual(contents(self.dir), before)
 
     def test_one_is_not(self):
-        for variable in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"):
+        for variable in LAUNCHERS:
             self.assertEqual(self.run_as_one_of(variable, "1", "check", "case.toml").returncode, 0)
             self.assertEqual(self.run_as_one_of(variable, "4", "--version").returncode, 0)
 
