@@ -598,24 +598,30 @@ StepWork count_spline_work(const Model<D>& model, const State<D>& s, const std::
         for (const int k : {0, 1}) functions[k] *= s.lattice.cells[a] + degrees[k];
     }
     auto sum_of = [](double width) { return kLanes * 2 * (D == 1 ? width : width * (1 - std::pow(width, D)) / (1 - width)); };
-    auto solve  = [&](int space, double products, double flops, double bytes) {
-        const double band = kLanes * 4 * D * degrees[space];
-        add(StageTimes::fit, products * (flops + functions[space] * (band + kLanes * vector_operations)),
-             products * (bytes + functions[space] * kRecord * (2 * D + 12)));
+    // Products with a matrix of `weights`, see SplineMatrix, and the vectors and factors of conjugate gradients.
+    auto solve = [&](StageTimes::Stage stage, int space, double weights, double products) {
+        const double width = degrees[space] + 1, entries = std::pow(2 * degrees[space] + 1, D), band = 4 * D * degrees[space];
+        add(stage, products * functions[space] * kLanes * (2 * entries + band + vector_operations),
+            products * functions[space] * (std::pow(width, D) * weights * sizeof(double) + kRecord * (2 * D + 14)));
     };
+    auto pairs = [](double degree, int power) { return std::pow((degree + 1) * (degree + 2) / 2, power); };
     for (const int k : {0, 1}) {
-        const double width = degrees[k] + 1, one = sum_of(width), rows = n * D * width * sizeof(double);
-        const double products = static_cast<double>(iterations[k]) + stages;
-        solve(k, products, n * 2 * one, rows + n * sizeof(double) + 2 * kRecord * functions[k]);
-        add(StageTimes::fit, stages * n * 2 * one, stages * (rows + n * sizeof(Mat<D>)));  // right-hand sides and row sums
+        const double width = degrees[k] + 1, one = sum_of(width), rows = n * D * width * sizeof(double), weights = 2 - k;
+        solve(StageTimes::fit, k, weights, static_cast<double>(iterations[k]) + 2 * stages);  // and once for the row sums
+        add(StageTimes::fit, stages * (n * 2 + cells) * weights * pairs(degrees[k], D),
+            stages * cells * weights * pairs(degrees[k], D) * 2 * sizeof(double));
+        add(StageTimes::fit, stages * n * one, stages * (2 * rows + n * sizeof(Mat<D>)));  // right-hand sides
         const double records = 1 + k * (D - 1);  // one record per column of the gradient
         add(StageTimes::gather, stages * n * records * one, stages * (rows + records * kRecord * functions[k]));
     }
-    double contractions = 0;  // from a cell's functions to its Gauss points
-    for (int a = 0; a < D; ++a) contractions += kLanes * 2 * std::pow(points, a + 1) * std::pow(degrees[0] + 1, D - a);
-    const double gauss = std::pow(points, D);
-    solve(0, static_cast<double>(iterations[SplineScratch<D>::kMass]) + 3 * stages, cells * (2 * contractions + kLanes * gauss),
-          cells * gauss * sizeof(double) + 2 * kRecord * functions[0]);
+    double density = 0, mass = 0;  // from a cell's functions to its Gauss points, from there to its part of the matrix
+    for (int a = 0; a < D; ++a) {
+        density += kLanes * 2 * std::pow(points, a + 1) * std::pow(degrees[0] + 1, D - a);
+        mass += 2 * std::pow(points, D - a) * pairs(degrees[0], a + 1);
+    }
+    add(StageTimes::nodes, stages * cells * (density + mass + pairs(degrees[0], D)),
+        stages * cells * (2 * std::pow(points, D) + 2 * pairs(degrees[0], D)) * sizeof(double));
+    solve(StageTimes::nodes, 0, 1, static_cast<double>(iterations[SplineScratch<D>::kMass]) + 2 * stages);
     add(StageTimes::gather, stages * n * (kProduct<D> + kDeformFlops<D> + 16 * D + 4 * D * D),
         stages * n * (6 * sizeof(Vec<D>) + 6 * sizeof(Mat<D>)));
     return total;

@@ -30,22 +30,20 @@ void for_each_gauss_point(const SplineAxis& axis, int points, F&& f)
 using AxisEnds = std::array<Lanes, 2>;
 inline const AxisEnds kFreeEnds{Lanes(1.0), Lanes(1.0)};
 
-/// sum w N_i N_j over points of an axis. In lanes that a wall holds, the row and column of the end function are those of the
-/// identity.
+/// A matrix sum w N_i N_j of an axis. In lanes that a wall holds, the row and column of the end function are those of the identity.
 class AxisMass {
   public:
     AxisMass(const SplineAxis& axis, const AxisEnds& free)
         : axis_(axis), free_(free), sum_(axis.count(), axis.degree, axis.periodic)
     {}
 
-    /// Adds a point with this weight; w has the values of the functions from `span` on.
-    void add(int span, const double* w, const Lanes& weight)
+    /// Adds to the entries (i, i + distance) and (i + distance, i).
+    void add(int i, int distance, const Lanes& value)
     {
-        for (int i = 0; i <= axis_.degree; ++i)
-            for (int j = 0; j <= axis_.degree; ++j) {
-                const int row = axis_.wrapped(span + i), column = axis_.wrapped(span + j);
-                sum_.add(row, column, weight * free(row) * free(column) * (w[i] * w[j]));
-            }
+        const int j            = axis_.wrapped(i + distance);
+        const Lanes free_value = value * free(i) * free(j);
+        sum_.add(i, j, free_value);
+        if (distance > 0) sum_.add(j, i, free_value);
     }
     /// The factors, and the first row whose pivot is zero within `tolerance`; -1 if none is.
     std::pair<Banded<Lanes>, int> factored(double tolerance)
@@ -72,7 +70,8 @@ inline Banded<Lanes> unit_mass(const SplineAxis& axis, const AxisEnds& free)
 {
     AxisMass mass(axis, free);
     for_each_gauss_point(axis, axis.degree + 1, [&](int, double, double weight, int span, const double* w, const double*) {
-        mass.add(span, w, Lanes(weight));
+        for (int i = 0; i <= axis.degree; ++i)
+            for (int j = i; j <= axis.degree; ++j) mass.add(axis.wrapped(span + i), j - i, Lanes(weight * w[i] * w[j]));
     });
     return mass.factored(0.0).first;
 }

@@ -16,11 +16,22 @@ struct CutFactor<D>::Factor {
 };
 
 template <int D>
-CutFactor<D>::CutFactor(const SplineSpace<D>& space)
+CutFactor<D>::CutFactor(const SplineSpace<D>& space, const SplineMatrix<D>& matrix, const GhostPenalty<D>& ghost,
+                        double ghost_weight)
     : space_(space), width_(2 * (space.axis[0].degree + 1) + 1), factor_(std::make_unique<Factor>())
 {
     for (int a = 0; a < D; ++a) stencil_ *= width_;
     entries_.assign(space.count() * stencil_, 0.0);
+    matrix.for_each_entry([&](std::size_t row, const Index<D>& by, double value) {
+        int place = 0;
+        for (int a = D - 1; a >= 0; --a) place = place * width_ + by[a];
+        entries_[row * stencil_ + stencil_ / 2 + place] = value;
+    });
+    ghost.for_each_block([&](const Index<D>& first, const Index<D>& size, std::vector<double>& block) {
+        for (double& of : block) of *= ghost_weight;
+        add(first, size, block.data());
+    });
+    factor();
 }
 
 template <int D>
@@ -44,16 +55,6 @@ void CutFactor<D>::add(const Index<D>& first, const Index<D>& size, const double
     for (const auto& [row, of_row] : functions)
         for (const auto& [column, of_column] : functions)
             entries_[row * stencil_ + stencil_ / 2 + of_column - of_row] += *block++;
-}
-
-template <int D>
-void CutFactor<D>::finish(const GhostPenalty<D>& ghost, double weight)
-{
-    ghost.for_each_block([&](const Index<D>& first, const Index<D>& size, std::vector<double>& block) {
-        for (double& of : block) of *= weight;
-        add(first, size, block.data());
-    });
-    factor();
 }
 
 template <int D>

@@ -7,6 +7,7 @@
 #include "base/lanes.hpp"
 #include "spline/axis.hpp"
 #include "spline/ghost_penalty.hpp"
+#include "spline/matrix.hpp"
 
 #include <memory>
 #include <vector>
@@ -17,21 +18,20 @@ namespace ordo {
 template <int D>
 class CutFactor {
   public:
-    explicit CutFactor(const SplineSpace<D>& space);
+    /// Factors a matrix, for its last weight, plus a penalty. Functions without entries get a row of the identity.
+    CutFactor(const SplineSpace<D>& space, const SplineMatrix<D>& matrix, const GhostPenalty<D>& ghost, double ghost_weight);
     CutFactor(CutFactor&&) noexcept;
     ~CutFactor();
 
-    /// Adds a dense block for the functions from `first` up to `first + size`, the first axis fastest; indices wrap on periodic
-    /// axes. Blocks that share no function may be added at the same time.
-    void add(const Index<D>& first, const Index<D>& size, const double* block);
-    /// Adds the penalty and factors the matrix; call it before `solve`. Functions without entries get a row of the identity.
-    void finish(const GhostPenalty<D>& ghost, double weight);
     /// z = S (L L^T)^-1 S r, lane by lane, with the scale S of the factor.
     void solve(const Lanes* r, Lanes* z) const;
 
   private:
     struct Factor;
 
+    /// Adds a dense block for the functions from `first` up to `first + size`, the first axis fastest; indices wrap on periodic
+    /// axes.
+    void add(const Index<D>& first, const Index<D>& size, const double* block);
     void factor();
 
     SplineSpace<D> space_;
@@ -39,33 +39,6 @@ class CutFactor {
     int stencil_ = 1;  ///< functions in the neighbourhood
     std::vector<double> entries_;
     std::unique_ptr<Factor> factor_;
-};
-
-/// The sum of weights times N_i N_j over points of a cell: its part of the matrix.
-template <int D, int P>
-class CellBlock {
-  public:
-    /// Adds a point; rows[a] has the values there of the functions of axis a.
-    void add(const Vec<D, const double*>& rows, double weight)
-    {
-        double values[count];
-        for (int i = 0; i < count; ++i) {
-            values[i] = 1.0;
-            for (int a = 0, rest = i; a < D; ++a, rest /= P + 1) values[i] *= rows[a][rest % (P + 1)];
-        }
-        for (int i = 0; i < count; ++i) {
-            const double of = weight * values[i];
-            for (int j = 0; j < count; ++j) block_[i * count + j] += of * values[j];
-        }
-    }
-    void add_to(const SplineSpace<D>& space, const Index<D>& cell, CutFactor<D>& factor) const
-    {
-        factor.add(space.first_of(cell), Index<D>::filled(P + 1), block_.data());
-    }
-
-  private:
-    static constexpr int count = power_of(P + 1, D);
-    std::vector<double> block_ = std::vector<double>(count * count, 0.0);
 };
 
 }  // namespace ordo

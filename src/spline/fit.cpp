@@ -45,22 +45,6 @@ ORDO_FLAT inline void spread_cell(const SplineSpace<D>& space, const SplineScrat
     cell.add_to(to);
 }
 
-/// to += W^T diag(weight) W from, where W has the values of the functions at the particles of a cell.
-template <int D, int P, class Weight>
-ORDO_FLAT inline void multiply_cell(const SplineSpace<D>& space, const SplineScratch<D>& work, const SampleRows& rows,
-                                    const Index<D>& at, int number, const Weight& weight, const Lanes* from, Lanes* to)
-{
-    if (work.first[number] == work.first[number + 1]) return;
-    SplineCell<D, P> in(space, at), out(space, at);
-    in.load(from);
-    out.clear();
-    for (int k = work.first[number]; k < work.first[number + 1]; ++k) {
-        const double* w = rows.weights.data() + static_cast<std::ptrdiff_t>(k) * rows.width;
-        out.spread(w, in.collect(w) * weight(work.order[k]));
-    }
-    out.add_to(to);
-}
-
 }  // namespace
 
 /// Zeroes the components that walls hold: they are not unknowns.
@@ -71,9 +55,59 @@ void SplineScheme<D>::hold(const System& system, Lanes* records) const
         for (const Held& h : held_) records[h.function] *= h.*system.free;
 }
 
-/// z = P^-1 r. With free surfaces P is the incomplete factor; without them in 1D it is the matrix itself, otherwise S^1/2 M
-/// S^1/2, which is close to it. M is the matrix for unit density, a tensor product over the axes; S is diagonal, the row sums
-/// divided by those of M.
+/// The factors of a tensor product over the axes that is close to a matrix, and a function that they show to have too few points, or
+/// -1. Leaves the square root of its row sums over those of the matrix, in work.sums, in work.scale.
+///
+/// The factor of an axis is the sum of the matrix over the functions of the other axes: sum_g w_g N_i N_j of that axis alone, since the
+/// functions of the other axes sum to 1. So the product is the matrix itself if the points lie on lines along the axes, and always in 1D.
+template <int D>
+std::pair<typename SplineScheme<D>::Factors, int> SplineScheme<D>::factor_axes(const SplineMatrix<D>& matrix,
+                                                                               const SplineSpace<D>& space,
+                                                                               const std::array<AxisEnds, D>* free) const
+{
+    SplineScratch<D>& work = *scratch_;
+    const Index<D> counts  = space.counts();
+    const auto sums        = matrix.sums_along_axes();
+    Factors factors;
+    int poor = -1;
+    std::array<std::vector<Lanes>, D> rows;
+    Lanes scale(1.0);  // the product would be too large by the sum of all entries for each axis but the first
+    for (int a = 0; a < D; ++a) {
+        const SplineAxis& axis = space.axis[a];
+        AxisMass mass(axis, free ? (*free)[a] : kFreeEnds);
+        rows[a].assign(counts[a], Lanes(0.0));
+        for (int i = 0; i < counts[a]; ++i)
+            for (int distance = 0; distance <= axis.degree; ++distance) {
+                if (!axis.periodic && i + distance >= counts[a]) break;
+                const Lanes of = sums[a][i * (axis.degree + 1) + distance] * scale;
+                mass.add(i, distance, of);
+                rows[a][i] += of;
+                if (distance > 0) rows[a][axis.wrapped(i + distance)] += of;
+            }
+        if (a == 0) {
+            Lanes whole(0.0);
+            for (const Lanes& of : rows[0]) whole += of;
+            scale = quotient(Lanes(1.0), whole);
+        }
+        int singular                   = -1;
+        std::tie(factors[a], singular) = mass.factored(1e-10);
+        if (singular < 0) continue;
+        Index<D> at{};
+        for (int b = 0; b < D; ++b) at[b] = b == a ? singular : counts[b] / 2;
+        poor = static_cast<int>(space.number(at));
+    }
+    keep_room(work.scale, space.count());
+    parallel_for_each(static_cast<std::ptrdiff_t>(space.count()), [&](std::ptrdiff_t i) {
+        const Index<D> at = space.index(i);
+        Lanes of_product  = rows[0][at[0]];
+        for (int a = 1; a < D; ++a) of_product *= rows[a][at[a]];
+        work.scale[i] = square_root(quotient(of_product, work.sums[i]));
+    });
+    return {std::move(factors), poor};
+}
+
+/// z = P^-1 r. With free surfaces P is the incomplete factor; without them it is S^1/2 M S^1/2, where M is the tensor product of
+/// factor_axes, and S is diagonal: the row sums divided by those of M.
 template <int D>
 void SplineScheme<D>::precondition(const System& system) const
 {
@@ -85,12 +119,12 @@ void SplineScheme<D>::precondition(const System& system) const
         hold(system, work.z.data());
         return;
     }
-    parallel_for_each(n, [&](std::ptrdiff_t i) { work.z[i] = system.is_exact ? work.r[i] : work.r[i] * work.scale[i]; });
+    parallel_for_each(n, [&](std::ptrdiff_t i) { work.z[i] = work.r[i] * work.scale[i]; });
     for (int a = 0; a < D; ++a)
         for_each_line<D>(counts, a, [&](std::ptrdiff_t first, std::ptrdiff_t stride) {
             system.factors[a].solve(work.z.data() + first, stride);
         });
-    if (!system.is_exact) parallel_for_each(n, [&](std::ptrdiff_t i) { work.z[i] *= work.scale[i]; });
+    parallel_for_each(n, [&](std::ptrdiff_t i) { work.z[i] *= work.scale[i]; });
 }
 
 /// The system A x = b for conjugate_gradients; `work.sums` has the row sums.
@@ -120,8 +154,7 @@ struct SplineScheme<D>::Conjugate {
     /// q = A times `from`.
     void product(const Lanes* from)
     {
-        clear(work.q, functions);
-        system.multiply(from, work.q.data());
+        system.matrix.multiply(from, work.q.data());
         if (system.ghost) system.ghost->multiply(system.ghost_weight, from, work.q.data());
         scheme.hold(system, work.q.data());
     }
@@ -183,14 +216,9 @@ void SplineScheme<D>::solve(State<D>& s, const System& system, Lanes* x, Lanes* 
     SplineScratch<D>& work      = *scratch_;
     const std::size_t functions = system.space.count();
     const auto n                = static_cast<std::ptrdiff_t>(functions);
-    for (Array<Lanes>* array : {&work.r, &work.z, &work.p, &work.q, &work.scale}) keep_room(*array, functions);
+    for (Array<Lanes>* array : {&work.r, &work.z, &work.p, &work.q}) keep_room(*array, functions);
     if (system.ghost)  // without particles the penalty scales the residual
         parallel_for_each(n, [&](std::ptrdiff_t i) { work.sums[i] = larger(work.sums[i], system.ghost_weight); });
-    else if (!system.is_exact)
-        parallel_for_each(n, [&](std::ptrdiff_t i) {
-            const double whole = cell_volume_ * system.space.integral(i);
-            work.scale[i]      = square_root(quotient(Lanes(1.0), work.sums[i] * (1 / whole))) * (1 / std::sqrt(cell_volume_));
-        });
 
     Conjugate vectors{*this, s, system, x, work, functions, n, Lanes(0.0)};
     vectors.start(b);
@@ -205,7 +233,7 @@ void SplineScheme<D>::solve(State<D>& s, const System& system, Lanes* x, Lanes* 
 
 /// Throws if a function cannot be fitted: it has too few particles in its support, or depends linearly on others.
 template <int D>
-void SplineScheme<D>::require_enough(State<D>& s, const System& system, const Lanes& unit, int singular) const
+void SplineScheme<D>::require_enough(State<D>& s, const System& system, int poor) const
 {
     SplineScratch<D>& work = *scratch_;
     constexpr double least = 0.02;
@@ -215,7 +243,7 @@ void SplineScheme<D>::require_enough(State<D>& s, const System& system, const La
                                                     s.n, s.t, system.what, place_text(place_of(model(), system.space.center(function))),
                                                     system.space.axis[0].degree));
     };
-    if (singular >= 0) refuse(singular);
+    if (poor >= 0) refuse(poor);
     if (system.ghost) {
         clear(work.q, system.space.count());
         integrate_functions(system.space, work.q.data());
@@ -223,7 +251,7 @@ void SplineScheme<D>::require_enough(State<D>& s, const System& system, const La
     for (std::size_t i = 0; i < system.space.count(); ++i) {
         const double whole = cell_volume_ * system.space.integral(i);
         if (system.ghost && work.q[i][0] < 0.5 * whole) continue;
-        if (!(largest(work.sums[i] * unit) >= least * whole)) refuse(i);
+        if (!(work.sums[i][SplineLane::density] >= least * whole)) refuse(i);  // summed with volumes
     }
     if (!system.ghost && static_cast<std::size_t>(s.particles.count) < system.space.count()) refuse(system.space.count() / 2);
 }
@@ -240,63 +268,64 @@ void SplineScheme<D>::set_values(const State<D>& s, const Value& value) const
 template <int D>
 void SplineScheme<D>::fit(State<D>& s, const FitTask& task, Array<Lanes>& x) const
 {
-    const Weight weight{s.particles.view(), task.volume};
+    const Weight weight{s.particles.view(), task.has_mass};
     SplineScratch<D>& work      = *scratch_;
     const std::size_t functions = task.space.count();
     if (!work.is_near) clear(x, functions);
     clear(work.b, functions);
-    clear(work.sums, functions);
     with_degree(task.space.axis[0].degree, [&]<int P>() {
         for_each_cell([&](const Index<D>& cell, int number) {
             spread_cell<D, P>(
                 task.space, work, task.rows, cell, number, [&](int i) { return work.values[i] * weight(i); }, work.b.data());
-            spread_cell<D, P>(task.space, work, task.rows, cell, number, weight, work.sums.data());
         });
-        const Lanes ghost_weight = task.ghost ? mean_weight(weight) * (kGhostOfFits * cell_volume_) : Lanes(0.0);
-        std::optional<CutFactor<D>> factor;
-        if (task.ghost) {
-            factor.emplace(task.space);
-            for_each_cell([&](const Index<D>& cell, int number) {
-                CellBlock<D, P> block;
-                for (int k = work.first[number]; k < work.first[number + 1]; ++k) {
-                    Vec<D, const double*> rows{};
-                    for (int a = 0; a < D; ++a)
-                        rows[a] = task.rows.weights.data() + static_cast<std::ptrdiff_t>(k) * task.rows.width + a * (P + 1);
-                    block.add(rows, s.particles.V[work.order[k]]);
-                }
-                block.add_to(task.space, cell, *factor);
-            });
-            factor->finish(*task.ghost, kGhostOfFits * cell_volume_);
-        }
-        Factors exact;
-        int singular        = -1;
-        const bool is_exact = D == 1 && !task.ghost;
-        if (is_exact) {
-            const SplineAxis& axis = task.space.axis[0];
-            AxisMass mass(axis, task.free ? velocity_free_[0] : kFreeEnds);
-            for (int cell = 0; cell < axis.cells; ++cell)
-                for (int k = work.first[cell]; k < work.first[cell + 1]; ++k)
-                    mass.add(axis.span_of(cell), task.rows.weights.data() + static_cast<std::ptrdiff_t>(k) * task.rows.width,
-                             weight(work.order[k]));
-            std::tie(exact[0], singular) = mass.factored(1e-10);
-        }
-        const System system{task.solve,
-                            task.what,
-                            task.space,
-                            is_exact ? exact : task.factors,
-                            is_exact,
-                            task.free,
-                            task.ghost,
-                            ghost_weight,
-                            factor ? &*factor : nullptr,
-                            [&](const Lanes* from, Lanes* to) {
-                                for_each_cell([&](const Index<D>& cell, int number) {
-                                    multiply_cell<D, P>(task.space, work, task.rows, cell, number, weight, from, to);
-                                });
-                            }};
-        if (!task.ghost || task.is_known) require_enough(s, system, task.volume, singular);
-        solve(s, system, x.data(), work.b.data());
+        if (task.has_mass)
+            find_matrix_of_particles<P, 2>(task, weight);
+        else
+            find_matrix_of_particles<P, 1>(task, weight);
     });
+    for (Array<Lanes>* array : {&work.r, &work.sums}) keep_room(*array, functions);
+    std::fill_n(work.r.data(), functions, Lanes(1.0));
+    work.fitted.multiply(work.r.data(), work.sums.data());
+
+    const Lanes ghost_weight = task.ghost ? mean_weight(weight) * (kGhostOfFits * cell_volume_) : Lanes(0.0);
+    std::optional<CutFactor<D>> factor;
+    if (task.ghost) factor.emplace(task.space, work.fitted, *task.ghost, kGhostOfFits * cell_volume_);
+    Factors factors;
+    int poor = -1;
+    if (!task.ghost) std::tie(factors, poor) = factor_axes(work.fitted, task.space, task.axes_free);
+    const System system{task.solve,  task.what, task.space, task.free, task.ghost, ghost_weight, factor ? &*factor : nullptr,
+                        work.fitted, factors};
+    if (!task.ghost || task.is_known) require_enough(s, system, poor);
+    solve(s, system, x.data(), work.b.data());
+}
+
+/// The matrix of a fit, with W weights a particle.
+template <int D>
+template <int P, int W>
+void SplineScheme<D>::find_matrix_of_particles(const FitTask& task, const Weight& weight) const
+{
+    SplineScratch<D>& work = *scratch_;
+    work.fitted.clear(task.space, W);
+    for_each_cell([&](const Index<D>& cell, int number) {
+        if (work.first[number] == work.first[number + 1]) return;
+        CellPairs<D, P, W> pairs;
+        pairs.set_points(
+            work.first[number], work.first[number + 1],
+            [&](std::ptrdiff_t k) {
+                Vec<D, const double*> rows{};
+                for (int a = 0; a < D; ++a) rows[a] = task.rows.weights.data() + k * task.rows.width + a * (P + 1);
+                return rows;
+            },
+            [&](std::ptrdiff_t k) {
+                const Lanes both = weight(work.order[k]);
+                if constexpr (W == 1)
+                    return std::array{both[0]};
+                else
+                    return std::array{both[0], both[4]};
+            });
+        work.fitted.add(cell, pairs);
+    });
+    work.fitted.finish();
 }
 
 /// Finds the body: fits splines to the values of its level sets at the initial positions of the particles.
@@ -311,9 +340,9 @@ void SplineScheme<D>::find_body(State<D>& s) const
                        "the fit of the surface",
                        v_space_,
                        work.v_rows,
-                       v_factors_,
                        nullptr,
-                       Lanes(1.0),
+                       nullptr,
+                       false,
                        &work.body.v,
                        false};
     set_values(s, [&](std::ptrdiff_t i) {
@@ -330,9 +359,15 @@ void SplineScheme<D>::fit_velocity(State<D>& s) const
 {
     SplineScratch<D>& work  = *scratch_;
     const ParticleView<D> p = s.particles.view();
-    const FitTask task{
-        SplineScratch<D>::kVelocity,        "the fit of velocities",          v_space_, work.v_rows, v_factors_, &Held::velocity,
-        make_lanes(0, 0, 0, 1, 1, 1, 1, 1), is_cut_ ? &work.body.v : nullptr, true};
+    const FitTask task{SplineScratch<D>::kVelocity,
+                       "the fit of velocities",
+                       v_space_,
+                       work.v_rows,
+                       &Held::velocity,
+                       &velocity_free_,
+                       true,
+                       is_cut_ ? &work.body.v : nullptr,
+                       true};
     set_values(s, [&](std::ptrdiff_t i) {
         Lanes r(0.0);
         for (int a = 0; a < D; ++a) {
@@ -354,9 +389,9 @@ void SplineScheme<D>::fit_stress(State<D>& s) const
                        "the fit of stresses",
                        s_space_,
                        work.s_rows,
-                       s_factors_,
                        nullptr,
-                       Lanes(1.0),
+                       nullptr,
+                       false,
                        is_cut_ ? &work.body.s : nullptr,
                        true};
     set_values(s, [&](std::ptrdiff_t i) { return stress_lanes(p.sigma[i]); });

@@ -71,34 +71,43 @@ void SplineScheme<D>::find_density(State<D>& s) const
                     s.n, s.t, place_text(place_of(model(), y))));
 }
 
-/// to += M from, M_ij = sum_g w_g rho_h N_i N_j over the quadrature points g.
+/// M_ij = sum_g w_g rho_h N_i N_j over the quadrature points g.
 template <int D>
-void SplineScheme<D>::multiply_mass(const Lanes* from, Lanes* to) const
+void SplineScheme<D>::find_mass() const
 {
-    SplineScratch<D>& work = *scratch_;
-    with_degree(v_space_.axis[0].degree, [&]<int P>() {
+    find_matrix(v_space_, scratch_->mass, [&](std::ptrdiff_t k) { return scratch_->density[k]; });
+}
+
+/// The matrix with weight(k) at the quadrature points k.
+template <int D>
+template <class Value>
+void SplineScheme<D>::find_matrix(const SplineSpace<D>& space, SplineMatrix<D>& matrix, const Value& weight) const
+{
+    const CutPoints& points = scratch_->body.points;
+    matrix.clear(space, 1);
+    with_degree(space.axis[0].degree, [&]<int P>() {
         for_each_covered_cell([&](const Index<D>& at, int number, Cover cover) {
-            SplineCell<D, P> cell(v_space_, at);
-            cell.load(from);
-            if (cover == Cover::part) {
-                const CutPoints& points = work.body.points;
-                SplineCell<D, P> out(v_space_, at);
-                out.clear();
-                for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k) {
-                    const double* w = points.v_values.data() + k * points.v_width;
-                    out.spread(w, cell.collect(w) * work.density[gauss_count_ + k]);
-                }
-                out.add_to(to);
-                return;
+            CellPairs<D, P, 1> pairs;
+            if (cover == Cover::all) {
+                double weights[power_of(kMaxGauss, D)];
+                for (std::ptrdiff_t g = 0; g < per_cell_; ++g) weights[g] = weight(number * per_cell_ + g);
+                pairs.set_grid(points_, tables(space, -1, at), weights);
+            } else {
+                pairs.set_points(
+                    points.first[number], points.first[number + 1],
+                    [&](std::ptrdiff_t k) {
+                        const double* const row =
+                            (&space == &s_space_ ? points.s_values : points.v_values).data() + k * D * (P + 1);
+                        Vec<D, const double*> rows{};
+                        for (int a = 0; a < D; ++a) rows[a] = row + a * (P + 1);
+                        return rows;
+                    },
+                    [&](std::ptrdiff_t k) { return std::array{weight(gauss_count_ + k)}; });
             }
-            CellQuadrature<D, P> q(tables(v_space_, -1, at), points_);
-            q.evaluate(cell);
-            const double* density = work.density.data() + number * per_cell_;
-            for (std::ptrdiff_t g = 0; g < per_cell_; ++g) q.values[g] = q.values[g] * density[g];
-            q.integrate(cell);
-            cell.add_to(to);
+            matrix.add(at, pairs);
         });
     });
+    matrix.finish();
 }
 
 /// The row of a cut point for a space, with slopes along `slope_axis` unless that is -1.
@@ -153,39 +162,6 @@ void SplineScheme<D>::evaluate_at_points(const SplineSpace<D>& space, int slope_
                 to[gauss_count_ + k] = cell.collect(cut_row<P>(points, k, space, slope_axis).data()) * points.weights[k];
         });
     });
-}
-
-/// The factor of the matrix with the weights in work.at_points, plus the penalty.
-template <int D>
-CutFactor<D> SplineScheme<D>::factor_at_points(const SplineSpace<D>& space, const GhostPenalty<D>& ghost,
-                                               double ghost_weight) const
-{
-    SplineScratch<D>& work = *scratch_;
-    CutFactor<D> factor(space);
-    const CutPoints& points = work.body.points;
-    with_degree(space.axis[0].degree, [&]<int P>() {
-        for_each_covered_cell([&](const Index<D>& at, int number, Cover cover) {
-            CellBlock<D, P> block;
-            if (cover == Cover::all) {
-                const Vec<D, const double*> table = tables(space, -1, at);
-                std::ptrdiff_t g                  = number * per_cell_;
-                IndexBox<D>{{}, Index<D>::filled(points_)}.for_each([&](const Index<D>& k) {
-                    Vec<D, const double*> rows{};
-                    for (int a = 0; a < D; ++a) rows[a] = table[a] + k[a] * (P + 1);
-                    block.add(rows, work.at_points[g++][0]);
-                });
-            }
-            for (std::ptrdiff_t k = points.first[number]; k < points.first[number + 1]; ++k) {
-                const auto row = cut_row<P>(points, k, space, -1);
-                Vec<D, const double*> rows{};
-                for (int a = 0; a < D; ++a) rows[a] = row.data() + a * (P + 1);
-                block.add(rows, work.at_points[gauss_count_ + k][0]);
-            }
-            block.add_to(space, at, factor);
-        });
-    });
-    factor.finish(ghost, ghost_weight);
-    return factor;
 }
 
 template <int D>
@@ -245,20 +221,17 @@ void SplineScheme<D>::project_gradient_of_body(State<D>& s) const
     auto same                   = [](const Lanes& value) { return value; };
     clear(work.sums, functions);
     integrate_functions(s_space_, work.sums.data());
-    const CutFactor<D> factor = factor_at_points(s_space_, work.body.s, kGhostOfMasses * cell_volume_);
+    find_matrix(s_space_, work.gradient, [&](std::ptrdiff_t k) { return point_weight(work.body.points, k); });
+    const CutFactor<D> factor(s_space_, work.gradient, work.body.s, kGhostOfMasses * cell_volume_);
     const System system{SplineScratch<D>::kGradient,
                         "the projection of the velocity gradient",
                         s_space_,
-                        s_factors_,
-                        false,
                         nullptr,
                         &work.body.s,
                         Lanes(kGhostOfMasses * cell_volume_),
                         &factor,
-                        [&](const Lanes* from, Lanes* to) {
-                            evaluate_at_points(s_space_, -1, from);
-                            integrate_at_points(s_space_, -1, same, to);
-                        }};
+                        work.gradient,
+                        s_factors_};
     for (int b = 0; b < D; ++b) {
         if (!work.is_near) clear(work.L[b], functions);
         clear(work.b, functions);
@@ -319,11 +292,11 @@ void SplineScheme<D>::solve_acceleration(State<D>& s) const
         work.part[i]                      = work.v[i] * only;
         work.part[i][SplineLane::density] = 1.0;
     });
-    clear(work.sums, functions);
-    multiply_mass(work.part.data(), work.sums.data());  // M b, and the row sums
+    keep_room(work.sums, functions);
+    work.mass.multiply(work.part.data(), work.sums.data());  // M b, and the row sums
     Lanes ghost_weight(0.0);
     if (is_cut_) {
-        ghost_weight = mean_weight({s.particles.view(), Lanes(0.0)}) * (kGhostOfMasses * cell_volume_);
+        ghost_weight = Lanes(mean_weight({s.particles.view(), true})[0] * kGhostOfMasses * cell_volume_);
         work.body.v.multiply(ghost_weight, work.part.data(), work.sums.data());
     }
     work.ghost_weight = ghost_weight;
@@ -342,32 +315,19 @@ void SplineScheme<D>::solve_acceleration(State<D>& s) const
 
     work.forces = of_holders(work.b.data());
 
-    Factors exact;
-    const bool is_exact = D == 1 && !is_cut_;
+    Factors factors;
+    if (!is_cut_) factors = factor_axes(work.mass, v_space_, &acceleration_free_).first;
     std::optional<CutFactor<D>> factor;
-    if (is_cut_) {
-        fill_points([&](std::ptrdiff_t k) { return work.density[k]; });
-        factor.emplace(factor_at_points(v_space_, work.body.v, ghost_weight[0]));
-    }
-    if (is_exact) {
-        const SplineAxis& axis = v_space_.axis[0];
-        AxisMass mass(axis, acceleration_free_[0]);
-        for (int cell = 0; cell < axis.cells; ++cell)
-            for (int g = 0; g < points_; ++g)
-                mass.add(axis.span_of(cell), gauss_[0].of_cell(cell) + g * gauss_[0].width,
-                         Lanes(work.density[cell * points_ + g]));
-        exact[0] = mass.factored(0.0).first;
-    }
+    if (is_cut_) factor.emplace(v_space_, work.mass, work.body.v, ghost_weight[0]);
     const System system{SplineScratch<D>::kMass,
                         "the mass matrix of splines",
                         v_space_,
-                        is_exact ? exact : a_factors_,
-                        is_exact,
                         &Held::acceleration,
                         is_cut_ ? &work.body.v : nullptr,
                         ghost_weight,
                         factor ? &*factor : nullptr,
-                        [&](const Lanes* from, Lanes* to) { multiply_mass(from, to); }};
+                        work.mass,
+                        factors};
     solve(s, system, work.a.data(), work.b.data());
 }
 
@@ -392,7 +352,7 @@ void SplineScheme<D>::project_gradient(State<D>& s) const
 
 #define ORDO_SPLINE_INTEGRALS(D)                                                             \
     template void SplineScheme<D>::find_density(State<D>&) const;                            \
-    template void SplineScheme<D>::multiply_mass(const Lanes*, Lanes*) const;                \
+    template void SplineScheme<D>::find_mass() const;                                        \
     template void SplineScheme<D>::integrate_functions(const SplineSpace<D>&, Lanes*) const; \
     template void SplineScheme<D>::solve_acceleration(State<D>&) const;                      \
     template void SplineScheme<D>::project_gradient(State<D>&) const;

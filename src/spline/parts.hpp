@@ -8,7 +8,6 @@
 
 #include <array>
 #include <cstddef>
-#include <functional>
 
 namespace ordo {
 
@@ -34,13 +33,13 @@ struct SplineScheme<D>::System {
     typename SplineScratch<D>::Solve solve;
     const char* what;  ///< for messages
     const SplineSpace<D>& space;
-    const Factors& factors;
-    bool is_exact;                 ///< the factors are those of the matrix itself: 1D without free surfaces
     const Lanes Held::*free;       ///< masks of the walls; null without walls
     const GhostPenalty<D>* ghost;  ///< for bodies with free surfaces, else null
     Lanes ghost_weight;            ///< factor of the penalty
     const CutFactor<D>* factor;    ///< the preconditioner, for bodies with free surfaces, else null
-    std::function<void(const Lanes* from, Lanes* to)> multiply;  ///< to += A from, ignoring walls and penalty
+    SplineMatrix<D>& matrix;       ///< A without walls and penalty
+    /// Factors of its sums along each axis, see factor_axes; none with free surfaces.
+    const Factors& factors;
 };
 
 template <int D>

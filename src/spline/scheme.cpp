@@ -204,7 +204,7 @@ void SplineScheme<D>::set_colours()
     });
 }
 
-/// Finds the functions that walls hold, and the factors of mass matrices that depend on them.
+/// Finds the functions that walls hold.
 template <int D>
 void SplineScheme<D>::hold_walls()
 {
@@ -218,8 +218,6 @@ void SplineScheme<D>::hold_walls()
             }
     const Index<D> counts = v_space_.counts();
     for (int a = 0; a < D; ++a) {
-        v_factors_[a] = unit_mass(v_space_.axis[a], velocity_free_[a]);
-        a_factors_[a] = unit_mass(v_space_.axis[a], acceleration_free_[a]);
         if (model().periodic[a]) continue;
         // A function on an edge is listed for both walls; to mask a lane twice does no harm.
         for (const int side : {0, 1}) {
@@ -265,8 +263,8 @@ template <int D>
 void SplineScheme<D>::add_reactions(State<D>& s, double part) const
 {
     SplineScratch<D>& work = *scratch_;
-    clear(work.sums, v_space_.count());
-    multiply_mass(work.a.data(), work.sums.data());
+    keep_room(work.sums, v_space_.count());
+    work.mass.multiply(work.a.data(), work.sums.data());
     if (is_cut_) work.body.v.multiply(work.ghost_weight, work.a.data(), work.sums.data());
     const std::vector<double> inertia = of_holders(work.sums.data());
     for (std::size_t k = 0; k < holders_.size(); ++k)
@@ -362,6 +360,7 @@ void SplineScheme<D>::find_slopes(State<D>& s) const
     {
         Stopwatch watch(times(), StageTimes::nodes);
         find_density(s);
+        find_mass();
         solve_acceleration(s);
         project_gradient(s);
     }
@@ -573,11 +572,12 @@ void SplineScheme<D>::report(State<D>& s) const
         work.p[i]                      = work.v[i];
         work.p[i][SplineLane::density] = 1.0;
     });
-    clear(work.q, functions);
-    multiply_mass(work.p.data(), work.q.data());
-    const Lanes after = parallel_reduce(
+    keep_room(work.q, functions);
+    work.mass.multiply(work.p.data(), work.q.data());
+    Lanes after = parallel_reduce(
         static_cast<std::ptrdiff_t>(functions), Lanes(0.0), [&](std::ptrdiff_t i) { return work.q[i]; }, add);
-    static_assert(SplineLane::velocity == NodeLane::velocity && SplineLane::density == NodeLane::mass);
+    static_assert(SplineLane::velocity == NodeLane::velocity);
+    after[NodeLane::mass] = after[SplineLane::density];
     s.projection.set(mass_and_momentum(s.particles.view()), after);
 }
 
@@ -589,6 +589,7 @@ void SplineScheme<D>::find_projection(State<D>& s) const
     if (is_cut_) find_body(s);
     fit_velocity(s);
     find_density(s);
+    find_mass();
     show(s);
     report(s);
 }

@@ -110,40 +110,45 @@ class SplineScheme final : public Scheme<D> {
     template <int P>
     std::array<double, D*(P + 1)> cut_row(const CutPoints& points, std::ptrdiff_t k, const SplineSpace<D>& space,
                                           int slope_axis) const;
-    CutFactor<D> factor_at_points(const SplineSpace<D>& space, const GhostPenalty<D>& ghost, double ghost_weight) const;
-    /// In each lane the mass or the volume of a particle.
+    template <class Value>
+    void find_matrix(const SplineSpace<D>& space, SplineMatrix<D>& matrix, const Value& weight) const;
+    /// The weights of particles in a fit: their volumes, or their masses in the lower four lanes.
     struct Weight {
         ParticleView<D> p;
-        Lanes volume;  ///< 1 in lanes with the volume as weight, 0 in lanes with the mass
+        bool has_mass;
 
-        Lanes operator()(std::ptrdiff_t i) const { return (1.0 - volume) * p.m[i] + volume * p.V[i]; }
+        Lanes operator()(std::ptrdiff_t i) const { return halves(has_mass ? p.m[i] : p.V[i], p.V[i]); }
     };
     static Lanes mean_weight(const Weight& weight);
     Cover cover_of(int cell) const;
     bool is_seen(const Index<D>& vertex) const;
     void subtract_force_of_full_grid() const;
     Vec<D, const double*> tables(const SplineSpace<D>& space, int slope_axis, const Index<D>& cell) const;
-    void multiply_mass(const Lanes* from, Lanes* to) const;
+    void find_mass() const;
     /// The differences between the fits.
     struct FitTask {
         typename SplineScratch<D>::Solve solve;
         const char* what;  ///< for messages
         const SplineSpace<D>& space;
         const SampleRows& rows;
-        const Factors& factors;
-        const Lanes Held::*free;       ///< null without walls
-        Lanes volume;                  ///< 1 in lanes with the volume as weight
-        const GhostPenalty<D>* ghost;  ///< for bodies with free surfaces, else null
-        bool is_known;                 ///< the shape of the body is known
+        const Lanes Held::*free;                   ///< null without walls
+        const std::array<AxisEnds, D>* axes_free;  ///< the same for each axis
+        bool has_mass;                             ///< see Weight
+        const GhostPenalty<D>* ghost;              ///< for bodies with free surfaces, else null
+        bool is_known;                             ///< the shape of the body is known
     };
     /// work.values[i] = value(i) for all particles.
     template <class Value>
     void set_values(const State<D>& s, const Value& value) const;
     void fit(State<D>& s, const FitTask& task, Array<Lanes>& x) const;
+    template <int P, int W>
+    void find_matrix_of_particles(const FitTask& task, const Weight& weight) const;
     void solve(State<D>& s, const System& system, Lanes* x, Lanes* b) const;
+    std::pair<Factors, int> factor_axes(const SplineMatrix<D>& matrix, const SplineSpace<D>& space,
+                                        const std::array<AxisEnds, D>* free) const;
     void precondition(const System& system) const;
     void hold(const System& system, Lanes* records) const;
-    void require_enough(State<D>& s, const System& system, const Lanes& unit, int singular) const;
+    void require_enough(State<D>& s, const System& system, int poor) const;
     void hold_walls();
     void find_holders();
     std::vector<double> of_holders(const Lanes* records) const;
@@ -176,9 +181,9 @@ class SplineScheme final : public Scheme<D> {
     std::vector<Held> held_;
     std::vector<Holder> holders_;  ///< each component once
     /// For each axis and end: 1 in the lanes of a record that the wall leaves free.
-    std::array<std::array<Lanes, 2>, D> velocity_free_, acceleration_free_;
+    std::array<AxisEnds, D> velocity_free_, acceleration_free_;
 
-    Factors v_factors_, a_factors_, s_factors_;            ///< of the mass matrix with unit density, for each axis
+    Factors s_factors_;                                    ///< of int N^S_i N^S_j, for each axis, cells of length 1
     std::array<AxisMatrix, D> values_, slopes_;            ///< int N^S N and int N^S dN/dx, cells of length 1, slopes per m
     std::array<AxisMatrix, D> values_back_, slopes_back_;  ///< their transposes
     std::array<AxisMatrix, D> at_vertices_;                ///< values of the velocity's functions at the cell vertices

@@ -6,17 +6,19 @@
 #include "base/stress.hpp"
 #include "base/vec.hpp"
 #include "spline/body.hpp"
+#include "spline/matrix.hpp"
 
 #include <array>
 #include <vector>
 
 namespace ordo {
 
-/// Lanes of a coefficient record of the velocity space: velocity, m/s; density, kg/m^D; body force or acceleration, m/s^2.
+/// Lanes of a coefficient record of the velocity space: velocity, m/s; body force or acceleration, m/s^2; density, kg/m^D.
+/// Fits weigh the lower four with the masses of particles, the upper four with their volumes, see SplineMatrix.
 struct SplineLane {
     static constexpr int velocity     = 0;
-    static constexpr int density      = 3;
     static constexpr int acceleration = 4;
+    static constexpr int density      = 7;
 };
 
 /// The lane of component (a, b) of a symmetric tensor in a coefficient record of the stress space.
@@ -52,6 +54,9 @@ struct SplineScratch {
     enum Solve { kVelocity, kStress, kMass, kGradient };
     std::array<long, 4> iterations{};  ///< of conjugate gradients in the last step, per kind of system
 
+    SplineMatrix<D> fitted;               ///< of the last fit
+    SplineMatrix<D> mass;                 ///< M
+    SplineMatrix<D> gradient;             ///< of the projected gradient, for bodies with free surfaces
     Array<Lanes> values;                  ///< of the particles: the data of a fit
     Array<Lanes> r, z, p, q;              ///< vectors of conjugate gradients
     std::vector<double> forces;           ///< on the components that boundaries hold, N

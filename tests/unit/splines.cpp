@@ -5,6 +5,7 @@
 #include "spline/cell.hpp"
 #include "spline/cut_rule.hpp"
 #include "spline/ghost_penalty.hpp"
+#include "spline/matrix.hpp"
 #include "support/particles.hpp"
 
 #include <gtest/gtest.h>
@@ -227,6 +228,130 @@ TEST(Splines, QuadratureOfACellIsItsTranspose)
     check_quadrature<1>();
     check_quadrature<2>();
     check_quadrature<3>();
+}
+
+/// A x is sum_g w_g N_i(y_g) N_j(y_g) x_j over random points of all cells: with one weight, and with one for each half of the lanes.
+template <int D, int P, int W>
+void check_matrix(int cells, int removed, bool is_periodic)
+{
+    SplineSpace<D> space;
+    for (int a = 0; a < D; ++a) space.axis[a] = {P, cells + a, is_periodic ? 0 : removed, is_periodic};
+    test::Random random(5);
+    const std::size_t count = space.count();
+    std::vector<Lanes> x(count), product(count), plain(count, Lanes(0.0));
+    for (Lanes& of : x)
+        for (int k = 0; k < 8; ++k) of[k] = test::uniform(random, -1, 1);
+    SplineMatrix<D> matrix;
+    matrix.clear(space, W);
+    std::array<std::vector<std::array<double, 2>>, D> along;  // sum_g w_g N_i N_j of one axis
+    for (int a = 0; a < D; ++a) along[a].resize(space.axis[a].count() * (P + 1));
+    Index<D> all{};
+    for (int a = 0; a < D; ++a) all[a] = cells + a;
+    IndexBox<D>{{}, all}.for_each([&](const Index<D>& cell) {
+        constexpr int points = 3;
+        double rows[points][D][P + 1], dw[P + 1], weights[points][2];
+        for (int g = 0; g < points; ++g) {
+            for (int a = 0; a < D; ++a)
+                space.axis[a].template row<P>(space.axis[a].span_of(cell[a]), cell[a] + test::uniform(random, 0, 1), rows[g][a],
+                                              dw);
+            for (double& w : weights[g]) w = test::uniform(random, 0.5, 1);
+            for (int a = 0; a < D; ++a)
+                for (int i = 0; i <= P; ++i)
+                    for (int j = i; j <= P; ++j)
+                        for (const int w : {0, 1})
+                            along[a][space.axis[a].wrapped(space.first_of(cell)[a] + i) * (P + 1) + j - i][w] +=
+                                weights[g][w] * rows[g][a][i] * rows[g][a][j];
+            auto each = [&](auto&& use) {
+                IndexBox<D>{{}, Index<D>::filled(P + 1)}.for_each([&](const Index<D>& k) {
+                    Index<D> at{};
+                    double w = 1.0;
+                    for (int a = 0; a < D; ++a) {
+                        at[a] = space.axis[a].wrapped(space.first_of(cell)[a] + k[a]);
+                        w *= rows[g][a][k[a]];
+                    }
+                    use(space.number(at), w);
+                });
+            };
+            Lanes sum(0.0);
+            each([&](std::size_t i, double w) { sum += x[i] * w; });
+            for (int k = 0; k < 8; ++k) sum[k] *= weights[g][W == 2 && k > 3];
+            each([&](std::size_t i, double w) { plain[i] += sum * w; });
+        }
+        CellPairs<D, P, W> pairs;
+        pairs.set_points(
+            0, points,
+            [&](std::ptrdiff_t g) {
+                Vec<D, const double*> r{};
+                for (int a = 0; a < D; ++a) r[a] = rows[g][a];
+                return r;
+            },
+            [&](std::ptrdiff_t g) {
+                std::array<double, W> r{};
+                std::copy_n(weights[g], W, r.data());
+                return r;
+            });
+        matrix.add(cell, pairs);
+    });
+    matrix.finish();
+    matrix.multiply(x.data(), product.data());
+    for (std::size_t i = 0; i < count; ++i)
+        for (int k = 0; k < 8; ++k) EXPECT_NEAR(product[i][k], plain[i][k], 1e-13) << i;
+
+    const auto sums = matrix.sums_along_axes();
+    for (int a = 0; a < D; ++a)
+        for (std::size_t i = 0; i < sums[a].size(); ++i)
+            for (const int k : {0, 7}) EXPECT_NEAR(sums[a][i][k], along[a][i][W == 2 && k > 3], 1e-12) << i;
+}
+TEST(SplineMatrix, IsTheSumOverPoints)
+{
+    for (const bool is_periodic : {false, true}) {
+        for (const int cells : {3, 5, 9}) {
+            check_matrix<1, 1, 1>(cells, 0, is_periodic);
+            check_matrix<1, 5, 2>(cells, 1, is_periodic);
+            check_matrix<2, 2, 2>(cells, 0, is_periodic);
+            check_matrix<2, 3, 1>(cells, 1, is_periodic);
+        }
+        check_matrix<2, 5, 1>(7, 2, is_periodic);
+        check_matrix<3, 2, 1>(3, 0, is_periodic);
+        check_matrix<3, 3, 2>(4, 0, is_periodic);
+        check_matrix<3, 4, 2>(5, 1, is_periodic);
+        check_matrix<3, 5, 1>(4, 1, is_periodic);
+    }
+}
+
+/// A grid of points gives what its points give one by one.
+template <int D, int P>
+void check_grid_of_points(int count)
+{
+    test::Random random(6);
+    std::vector<double> rows[D], weights;
+    Vec<D, const double*> values{};
+    for (int a = 0; a < D; ++a) {
+        for (int k = 0; k < count * (P + 1); ++k) rows[a].push_back(test::uniform(random, 0, 1));
+        values[a] = rows[a].data();
+    }
+    for (int g = 0; g < power_of(count, D); ++g) weights.push_back(test::uniform(random, 0, 1));
+    CellPairs<D, P, 1> grid, points;
+    grid.set_grid(count, values, weights.data());
+    points.set_points(
+        0, std::ssize(weights),
+        [&](std::ptrdiff_t g) {
+            Vec<D, const double*> r{};
+            for (int a = 0, rest = static_cast<int>(g); a < D; ++a, rest /= count) r[a] = values[a] + rest % count * (P + 1);
+            return r;
+        },
+        [&](std::ptrdiff_t g) { return std::array{weights[g]}; });
+    for (int o = 0; o < CellPairs<D, P, 1>::others; ++o)
+        for (int e = 0; e < CellPairs<D, P, 1>::line; ++e)
+            EXPECT_NEAR(grid.of(o)[e], points.of(o)[e], 1e-12 * static_cast<double>(weights.size()));
+}
+TEST(SplineMatrix, TakesGridsOfPoints)
+{
+    check_grid_of_points<1, 3>(4);
+    check_grid_of_points<2, 2>(3);
+    check_grid_of_points<2, 5>(6);
+    check_grid_of_points<3, 3>(5);
+    check_grid_of_points<3, 5>(6);
 }
 
 /// The value of sum c_k N_k at a place, in cells.
