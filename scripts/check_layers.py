@@ -3,8 +3,8 @@
 sim < io < verification < app.
 
 A file includes its own layer and those below it; grid, particles, material and solve do not include each other. Below io no
-header includes fmt, CLI11, toml++, muParser, nlohmann-json or Eigen; sources of method, spline and setup may use fmt, those of
-spline Eigen. Only base/parallel.hpp knows OpenMP; a header starts with a comment and has #pragma once. One line a fault on
+header includes fmt, CLI11, toml++, muParser, nlohmann-json or Eigen; sources of method, spline and setup may use fmt.
+Only base/parallel.hpp knows OpenMP; a header starts with a comment and has #pragma once. One line a fault on
 stdout, exit 1 if there is any.
 """
 
@@ -28,7 +28,7 @@ BELOW["app"] = BELOW["verification"] | {"verification"}
 GENERATED = {"ordo_version.hpp": {"io", "verification", "app"}}
 LIBRARIES = {"fmt": r"fmt/", "CLI11": r"CLI/", "toml++": r"toml\+\+/|toml\.hpp", "muParser": r"muParser", "nlohmann-json": r"nlohmann/",
              "Eigen": r"Eigen/", "Gmsh": r"gmshc?\.h"}
-OF_SOURCES = {"method": {"fmt"}, "spline": {"fmt", "Eigen"}, "setup": {"fmt"}}  # what sources of a layer below io may include, headers not
+OF_SOURCES = {"method": {"fmt"}, "spline": {"fmt"}, "setup": {"fmt"}}  # what sources of a layer below io may include, headers not
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 OPENMP = re.compile(r"\bomp_\w|#\s*pragma\s+omp|<omp\.h>")
 

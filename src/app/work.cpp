@@ -582,7 +582,7 @@ Work StepWork::total() const
 }
 
 template <int D>
-StepWork count_spline_work(const Model<D>& model, const State<D>& s, const std::array<long, 4>& iterations)
+StepWork count_spline_work(const Model<D>& model, const State<D>& s, const std::array<long, 5>& iterations)
 {
     const MethodSpec& method = model.method;
     const double n           = s.particles.count;
@@ -637,7 +637,7 @@ StepWork count_work(const Scheme<D>& scheme, State<D>& s, double mass_solves, do
 
 #define ORDO_WORK(D)                                                           \
     template StepWork count_work(const Scheme<D>&, State<D>&, double, double); \
-    template StepWork count_spline_work(const Model<D>&, const State<D>&, const std::array<long, 4>&);
+    template StepWork count_spline_work(const Model<D>&, const State<D>&, const std::array<long, 5>&);
 ORDO_WORK(1)
 ORDO_WORK(2)
 ORDO_WORK(3)

@@ -1,44 +1,63 @@
-// The preconditioner for splines on bodies with free surfaces: an incomplete Cholesky factor of the full matrix, which is
-// assembled for it. It replaces the tensor-product preconditioner of full grids and needs 10 to 40 iterations, a diagonal 150
-// to 500.
+// The preconditioner for splines on bodies with free surfaces: an incomplete Cholesky factor of the matrix. It replaces the
+// tensor-product preconditioner of full grids and needs 10 to 40 iterations, a diagonal 150 to 500.
 #pragma once
 
-#include "base/index.hpp"
-#include "base/lanes.hpp"
-#include "spline/axis.hpp"
-#include "spline/ghost_penalty.hpp"
+#include "solve/incomplete_cholesky.hpp"
 #include "spline/matrix.hpp"
 
-#include <memory>
 #include <vector>
 
 namespace ordo {
 
-/// A symmetric matrix over the functions of a space; only functions of the same or neighbouring cells are coupled.
 template <int D>
 class CutFactor {
   public:
-    /// Factors a matrix, for its last weight, plus a penalty. Functions without entries get a row of the identity.
-    CutFactor(const SplineSpace<D>& space, const SplineMatrix<D>& matrix, const GhostPenalty<D>& ghost, double ghost_weight);
-    CutFactor(CutFactor&&) noexcept;
-    ~CutFactor();
+    /// Factors a matrix, for its last weight, over its active functions.
+    explicit CutFactor(const SplineMatrix<D>& matrix) : functions_(functions_of(matrix))
+    {
+        std::vector<int> number(functions_.back() + 1, -1);  // of a function among the active
+        for (std::size_t k = 0; k < functions_.size(); ++k) number[functions_[k]] = static_cast<int>(k);
+        std::vector<IncompleteCholesky::Entry> left;
+        for (const std::ptrdiff_t i : functions_) {
+            left.clear();
+            double diagonal = 0.0;
+            matrix.for_each_entry(i, [&](std::ptrdiff_t column, double value) {
+                if (column == i)
+                    diagonal += value;
+                else if (column < i && value != 0.0)
+                    left.emplace_back(number[column], value);
+            });
+            factor_.add_row(left, diagonal > 0 ? diagonal : 1.0);
+        }
+        factor_.factor();
+    }
 
-    /// z = S (L L^T)^-1 S r, lane by lane, with the scale S of the factor.
-    void solve(const Lanes* r, Lanes* z) const;
+    /// Whether it is a factor over the active functions of this matrix.
+    bool is_for(const SplineMatrix<D>& matrix) const { return functions_ == functions_of(matrix); }
+
+    /// z = P^-1 r, lane by lane; z of other functions is not touched.
+    void solve(const Lanes* r, Lanes* z)
+    {
+        keep_room(r_, functions_.size());
+        keep_room(z_, functions_.size());
+        for (std::size_t k = 0; k < functions_.size(); ++k) r_[k] = r[functions_[k]];
+        factor_.solve(r_.data(), z_.data());
+        for (std::size_t k = 0; k < functions_.size(); ++k) z[functions_[k]] = z_[k];
+    }
 
   private:
-    struct Factor;
+    static std::vector<std::ptrdiff_t> functions_of(const SplineMatrix<D>& matrix)
+    {
+        std::vector<std::ptrdiff_t> r;
+        for (const auto& piece : matrix.active())
+            for (const auto& interval : piece)
+                for (std::ptrdiff_t i = interval.begin; i < interval.end; ++i) r.push_back(i);
+        return r;
+    }
 
-    /// Adds a dense block for the functions from `first` up to `first + size`, the first axis fastest; indices wrap on periodic
-    /// axes.
-    void add(const Index<D>& first, const Index<D>& size, const double* block);
-    void factor();
-
-    SplineSpace<D> space_;
-    int width_;        ///< of a function's neighbourhood, functions along an axis
-    int stencil_ = 1;  ///< functions in the neighbourhood
-    std::vector<double> entries_;
-    std::unique_ptr<Factor> factor_;
+    std::vector<std::ptrdiff_t> functions_;
+    IncompleteCholesky factor_;
+    Array<Lanes> r_, z_;
 };
 
 }  // namespace ordo

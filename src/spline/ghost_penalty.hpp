@@ -7,6 +7,7 @@
 #include "base/gauss_rule.hpp"
 #include "spline/axis.hpp"
 #include "spline/cut_rule.hpp"
+#include "spline/matrix.hpp"
 
 #include <cstddef>
 #include <vector>
@@ -75,25 +76,19 @@ class GhostPenalty {
         });
     }
 
-    /// use(first, size, block) for each face: its part of G, for the functions from `first` on, the first axis fastest.
-    template <class Use>
-    void for_each_block(const Use& use) const
+    /// Adds `weights` times G to a matrix with one column more on each side than the degree.
+    void add_to(SplineMatrix<D>& matrix, const double* weights) const
     {
         with_degree(space_.axis[0].degree, [&]<int P>() {
-            std::vector<double> block;
             for (const Face& face : faces_) {
-                const IndexBox<D> functions{{}, size_at<P>(face)};
                 const double* jump = jumps_[face.axis()].data() + face.cell[face.axis()] * (P + 2);
-                block.clear();
-                functions.for_each([&](const Index<D>& i) {
-                    functions.for_each([&](const Index<D>& j) {
-                        double product = jump[i[face.axis()]] * jump[j[face.axis()]];
-                        for (int b = 0; b < D; ++b)
-                            if (b != face.axis()) product *= gram_[b][(face.cell[b] * (P + 1) + i[b]) * (P + 1) + j[b]];
-                        block.push_back(product);
-                    });
-                });
-                use(space_.first_of(face.cell), functions.hi, block);
+                double across[(P + 2) * (P + 2)];
+                for (int i = 0; i < P + 2; ++i)
+                    for (int j = 0; j < P + 2; ++j) across[i * (P + 2) + j] = jump[i] * jump[j];
+                Vec<D, const double*> matrices{};
+                for (int b = 0; b < D; ++b)
+                    matrices[b] = b == face.axis() ? across : gram_[b].data() + face.cell[b] * (P + 1) * (P + 1);
+                matrix.add(space_.first_of(face.cell), size_at<P>(face), matrices, weights);
             }
         });
     }

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 
 namespace ordo {
 
@@ -73,18 +72,21 @@ void SplineScheme<D>::find_density(State<D>& s) const
 
 /// M_ij = sum_g w_g rho_h N_i N_j over the quadrature points g.
 template <int D>
-void SplineScheme<D>::find_mass() const
+void SplineScheme<D>::find_mass(State<D>& s) const
 {
-    find_matrix(v_space_, scratch_->mass, [&](std::ptrdiff_t k) { return scratch_->density[k]; });
+    SplineScratch<D>& work = *scratch_;
+    work.ghost_weight      = is_cut_ ? mean_weight({s.particles.view(), true})[0] * kGhostOfMasses * cell_volume_ : 0.0;
+    find_matrix(v_space_, work.body.v, work.ghost_weight, work.mass, [&](std::ptrdiff_t k) { return scratch_->density[k]; });
 }
 
-/// The matrix with weight(k) at the quadrature points k.
+/// The matrix with weight(k) at the quadrature points k, plus the penalty.
 template <int D>
 template <class Value>
-void SplineScheme<D>::find_matrix(const SplineSpace<D>& space, SplineMatrix<D>& matrix, const Value& weight) const
+void SplineScheme<D>::find_matrix(const SplineSpace<D>& space, const GhostPenalty<D>& ghost, double ghost_weight,
+                                  SplineMatrix<D>& matrix, const Value& weight) const
 {
     const CutPoints& points = scratch_->body.points;
-    matrix.clear(space, 1);
+    matrix.clear(space, 1, space.axis[0].degree + (is_cut_ ? 1 : 0));
     with_degree(space.axis[0].degree, [&]<int P>() {
         for_each_covered_cell([&](const Index<D>& at, int number, Cover cover) {
             CellPairs<D, P, 1> pairs;
@@ -107,6 +109,7 @@ void SplineScheme<D>::find_matrix(const SplineSpace<D>& space, SplineMatrix<D>& 
             matrix.add(at, pairs);
         });
     });
+    if (is_cut_) ghost.add_to(matrix, &ghost_weight);
     matrix.finish();
 }
 
@@ -221,15 +224,15 @@ void SplineScheme<D>::project_gradient_of_body(State<D>& s) const
     auto same                   = [](const Lanes& value) { return value; };
     clear(work.sums, functions);
     integrate_functions(s_space_, work.sums.data());
-    find_matrix(s_space_, work.gradient, [&](std::ptrdiff_t k) { return point_weight(work.body.points, k); });
-    const CutFactor<D> factor(s_space_, work.gradient, work.body.s, kGhostOfMasses * cell_volume_);
+    const double ghost_weight = kGhostOfMasses * cell_volume_;
+    find_matrix(s_space_, work.body.s, ghost_weight, work.gradient,
+                [&](std::ptrdiff_t k) { return point_weight(work.body.points, k); });
     const System system{SplineScratch<D>::kGradient,
                         "the projection of the velocity gradient",
                         s_space_,
                         nullptr,
-                        &work.body.s,
-                        Lanes(kGhostOfMasses * cell_volume_),
-                        &factor,
+                        Lanes(ghost_weight),
+                        &factor_of(SplineScratch<D>::kGradient, work.gradient),
                         work.gradient,
                         s_factors_};
     for (int b = 0; b < D; ++b) {
@@ -267,7 +270,7 @@ void SplineScheme<D>::subtract_force_of_full_grid() const
 /// b -= kGhostRate c/h G v, where G is the penalty in M: jumps of the velocity across faces of cut cells decay. Without this,
 /// displacements of the highest wave numbers grow at surfaces with stress along them (docs/high_order.md).
 template <int D>
-void SplineScheme<D>::damp_surface(const Lanes& ghost_weight) const
+void SplineScheme<D>::damp_surface() const
 {
     SplineScratch<D>& work = *scratch_;
     const double rate      = kGhostRate * model().materials[0].wave_speed() / *std::min_element(model().h.c, model().h.c + D);
@@ -276,7 +279,7 @@ void SplineScheme<D>::damp_surface(const Lanes& ghost_weight) const
         work.q[i] = Lanes(0.0);
         for (int a = 0; a < D; ++a) work.q[i][SplineLane::acceleration + a] = work.v[i][SplineLane::velocity + a];
     });
-    work.body.v.multiply(ghost_weight * -rate, work.q.data(), work.b.data());
+    work.body.v.multiply(work.ghost_weight * -rate, work.q.data(), work.b.data());
 }
 
 /// Solves M a = M b - int s_h grad N_i.
@@ -294,16 +297,10 @@ void SplineScheme<D>::solve_acceleration(State<D>& s) const
     });
     keep_room(work.sums, functions);
     work.mass.multiply(work.part.data(), work.sums.data());  // M b, and the row sums
-    Lanes ghost_weight(0.0);
-    if (is_cut_) {
-        ghost_weight = Lanes(mean_weight({s.particles.view(), true})[0] * kGhostOfMasses * cell_volume_);
-        work.body.v.multiply(ghost_weight, work.part.data(), work.sums.data());
-    }
-    work.ghost_weight = ghost_weight;
     clear(work.b, functions);
     if (is_cut_) {
         subtract_force();
-        if (D > 1) damp_surface(ghost_weight);
+        if (D > 1) damp_surface();
     } else {
         subtract_force_of_full_grid();
     }
@@ -317,15 +314,13 @@ void SplineScheme<D>::solve_acceleration(State<D>& s) const
 
     Factors factors;
     if (!is_cut_) factors = factor_axes(work.mass, v_space_, &acceleration_free_).first;
-    std::optional<CutFactor<D>> factor;
-    if (is_cut_) factor.emplace(v_space_, work.mass, work.body.v, ghost_weight[0]);
+    CutFactor<D>* const factor = is_cut_ ? &factor_of(SplineScratch<D>::kMass, work.mass) : nullptr;
     const System system{SplineScratch<D>::kMass,
                         "the mass matrix of splines",
                         v_space_,
                         &Held::acceleration,
-                        is_cut_ ? &work.body.v : nullptr,
-                        ghost_weight,
-                        factor ? &*factor : nullptr,
+                        Lanes(work.ghost_weight),
+                        factor,
                         work.mass,
                         factors};
     solve(s, system, work.a.data(), work.b.data());
@@ -352,7 +347,7 @@ void SplineScheme<D>::project_gradient(State<D>& s) const
 
 #define ORDO_SPLINE_INTEGRALS(D)                                                             \
     template void SplineScheme<D>::find_density(State<D>&) const;                            \
-    template void SplineScheme<D>::find_mass() const;                                        \
+    template void SplineScheme<D>::find_mass(State<D>&) const;                               \
     template void SplineScheme<D>::integrate_functions(const SplineSpace<D>&, Lanes*) const; \
     template void SplineScheme<D>::solve_acceleration(State<D>&) const;                      \
     template void SplineScheme<D>::project_gradient(State<D>&) const;

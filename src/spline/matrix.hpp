@@ -140,12 +140,12 @@ class CellPairs {
 template <int D>
 class SplineMatrix {
   public:
-    /// Makes all entries zero.
-    void clear(const SplineSpace<D>& space, int weights)
+    /// Makes all entries zero. Functions of one cell are up to the degree apart, which is the least band.
+    void clear(const SplineSpace<D>& space, int weights, int band)
     {
         space_   = space;
         weights_ = weights;
-        degree_  = space.axis[0].degree;
+        band_    = band;
         counts_  = space.counts();
         rows_    = 1;
         for (int a = 1; a < D; ++a) rows_ *= counts_[a];
@@ -162,7 +162,7 @@ class SplineMatrix {
         const Index<D> first = space_.first_of(cell);
         std::ptrdiff_t at[Pairs::count];
         for (int e = 0; e < Pairs::count; ++e)
-            at[e] = ((P + space_.axis[0].wrapped(first[0] + Pairs::all[e].i)) * (P + 1) + Pairs::all[e].distance) * W;
+            at[e] = ((band_ + space_.axis[0].wrapped(first[0] + Pairs::all[e].i)) * (band_ + 1) + Pairs::all[e].distance) * W;
         constexpr int others = CellPairs<D, P, W>::others, ahead = 4;
         std::array<double*, others + ahead> lines;
         for (int o = 0; o < others; ++o) {
@@ -171,7 +171,7 @@ class SplineMatrix {
             for (int a = D - 1, number = o; a > 0; --a) {
                 const auto pair = Pairs::all[a == D - 1 ? number / power_of(Pairs::count, D - 2) : number % Pairs::count];
                 row             = row * counts_[a] + space_.axis[a].wrapped(first[a] + pair.i);
-                distances       = distances * (P + 1) + pair.distance;
+                distances       = distances * (band_ + 1) + pair.distance;
             }
             lines[o] = row_data(row) + distances * line_size();
         }
@@ -184,36 +184,91 @@ class SplineMatrix {
         }
     }
 
+    /// Adds weights times products over the axes of symmetric matrices, for size[a] functions of each axis from `first` on.
+    void add(const Index<D>& first, const Index<D>& size, const Vec<D, const double*>& matrices, const double* weights)
+    {
+        Index<D> others = size;
+        others[0]       = 1;
+        IndexBox<D>{{}, others}.for_each([&](const Index<D>& i) {
+            Index<D> last = others;
+            last[0]       = 1;
+            IndexBox<D>{i, last}.for_each([&](const Index<D>& j) {
+                std::ptrdiff_t row = 0;
+                int distances      = 0;
+                double of_others   = 1.0;
+                for (int a = D - 1; a > 0; --a) {
+                    row       = row * counts_[a] + space_.axis[a].wrapped(first[a] + i[a]);
+                    distances = distances * (band_ + 1) + j[a] - i[a];
+                    of_others *= matrices[a][i[a] * size[a] + j[a]];
+                }
+                double* const line = row_data(row) + distances * line_size();
+                for (int k = 0; k < size[0]; ++k)
+                    for (int l = k; l < size[0]; ++l)
+                        for (int w = 0; w < weights_; ++w)
+                            line[((band_ + space_.axis[0].wrapped(first[0] + k)) * (band_ + 1) + l - k) * weights_ + w] +=
+                                of_others * matrices[0][k * size[0] + l] * weights[w];
+            });
+        });
+    }
+
     /// Call it after the last cell.
     void finish()
     {
-        if (!space_.axis[0].periodic) return;
-        parallel_for(rows_, [&](std::ptrdiff_t row) {
-            const std::ptrdiff_t record = (degree_ + 1) * weights_;
-            for (int d = 0; d < power_of(degree_ + 1, D - 1); ++d) {
-                double* const line = row_data(row) + d * line_size();
-                for (int k = 0; k < degree_; ++k)  // the functions before the first, the last of them nearest
-                    std::copy_n(line + (degree_ + before(degree_ - k)) * record, record, line + k * record);
+        active_.assign(rows_, {0, 0});
+        parallel_for(
+            rows_,
+            [&](std::ptrdiff_t row) {
+                const std::ptrdiff_t record = (band_ + 1) * weights_;
+                for (int d = 0; space_.axis[0].periodic && d < power_of(band_ + 1, D - 1); ++d) {
+                    double* const line = row_data(row) + d * line_size();
+                    for (int k = 0; k < band_; ++k)  // the functions before the first, the last of them nearest
+                        std::copy_n(line + (band_ + before(band_ - k)) * record, record, line + k * record);
+                }
+                const double* const diagonal = row_data(row) + band_ * record + weights_ - 1;
+                Interval& of                 = active_[row];
+                of.end                       = counts_[0];
+                while (of.begin < of.end && diagonal[of.begin * record] == 0.0) ++of.begin;
+                while (of.begin < of.end && diagonal[(of.end - 1) * record] == 0.0) --of.end;
+            },
+            is_long());
+        pieces_.clear();
+        std::ptrdiff_t room = 0;
+        for (std::ptrdiff_t row = 0; row < rows_; ++row) {
+            const Interval of{row * counts_[0] + active_[row].begin, row * counts_[0] + active_[row].end};
+            if (of.begin == of.end) continue;
+            if (room <= 0) {
+                pieces_.emplace_back();
+                room = kPiece;
             }
-        });
+            auto& piece = pieces_.back();
+            if (!piece.empty() && piece.back().end == of.begin)
+                piece.back().end = of.end;
+            else
+                piece.push_back(of);
+            room -= of.end - of.begin;
+        }
     }
 
     /// to = A from.
     void multiply(const Lanes* from, Lanes* to)
     {
-        with_degree(degree_, [&]<int P>() {
+        auto by_weights = [&]<int B>() {
             if (weights_ == 1)
-                multiply_by<P, 1>(from, to);
+                multiply_by<B, 1>(from, to);
             else
-                multiply_by<P, 2>(from, to);
-        });
+                multiply_by<B, 2>(from, to);
+        };
+        if (band_ > SplineAxis::max_degree)
+            by_weights.template operator()<SplineAxis::max_degree + 1>();
+        else
+            with_degree(band_, by_weights);
     }
 
     /// For each axis the sums of the entries (i, i + distance) of all functions i with the same number along it, over the columns that
     /// have the same distance along it: [number][distance].
     std::array<std::vector<Lanes>, D> sums_along_axes() const
     {
-        const int width             = degree_ + 1;
+        const int width             = band_ + 1;
         const std::ptrdiff_t planes = D > 1 ? counts_[D - 1] : 1, rows = rows_ / planes;
         std::vector<std::array<std::vector<Lanes>, D>> parts(planes);  // added in order, so that threads do not matter
         parallel_for(
@@ -238,7 +293,7 @@ class SplineMatrix {
                                 if (a != axis) r *= times[a];
                             return r;
                         };
-                        const double* entry = row_data(row) + d * line_size() + degree_ * width * weights_;
+                        const double* entry = row_data(row) + d * line_size() + band_ * width * weights_;
                         Lanes line(0.0);
                         const double all = others(0);
                         for (int i = 0; i < counts_[0]; ++i)
@@ -258,36 +313,37 @@ class SplineMatrix {
         return r;
     }
 
-    /// use(row, column's distance from it along each axis, entry for the last weight), for entries that are not zero.
+    /// use(column, entry for the last weight) for the entries of a row in the active columns of all lines.
     template <class Use>
-    void for_each_entry(const Use& use) const
+    void for_each_entry(std::ptrdiff_t row, const Use& use) const
     {
-        const IndexBox<D> around = IndexBox<D>::around(Index<D>{}, degree_);
-        IndexBox<D>{{}, counts_}.for_each([&](const Index<D>& at) {
-            around.for_each([&](const Index<D>& by) {
-                std::ptrdiff_t row = 0, distances = 0;
-                Index<D> least{};
-                for (int a = D - 1; a >= 0; --a) {
-                    const int other = at[a] + by[a];
-                    if (!space_.axis[a].periodic && (other < 0 || other >= counts_[a])) return;
-                    least[a] = by[a] < 0 ? (other % counts_[a] + counts_[a]) % counts_[a] : at[a];
-                    if (a > 0) {
-                        row       = row * counts_[a] + least[a];
-                        distances = distances * (degree_ + 1) + std::abs(by[a]);
-                    }
-                }
-                const std::ptrdiff_t place = (degree_ + least[0]) * (degree_ + 1) + std::abs(by[0]);
-                const double value = entries_[row * row_size() + distances * line_size() + place * weights_ + weights_ - 1];
-                if (value != 0.0) use(space_.number(at), by, value);
-            });
+        const std::ptrdiff_t line = row / counts_[0];
+        const int at              = static_cast<int>(row % counts_[0]);
+        for_each_source(line, [&](std::ptrdiff_t other, std::ptrdiff_t least, int distances) {
+            const double* const entries = row_data(least) + distances * line_size();
+            for (int by = -band_; by <= band_; ++by) {
+                int column = at + by;
+                if (space_.axis[0].periodic) column = (column % counts_[0] + counts_[0]) % counts_[0];
+                if (column < active_[other].begin || column >= active_[other].end) continue;
+                const int first = by < 0 ? column : at;
+                use(other * counts_[0] + column,
+                    entries[((band_ + first) * (band_ + 1) + std::abs(by)) * weights_ + weights_ - 1]);
+            }
         });
     }
+
+    /// Functions that have entries, from `begin` up to `end`.
+    struct Interval {
+        std::ptrdiff_t begin, end;
+    };
+    /// All of them, in pieces that a thread handles at a time: they do not depend on the number of threads.
+    const std::vector<std::vector<Interval>>& active() const { return pieces_; }
 
   private:
     static constexpr int kBlock = 4;  ///< functions of a line that are multiplied at a time
 
-    std::size_t line_size() const { return static_cast<std::size_t>(degree_ + whole_) * (degree_ + 1) * weights_; }
-    std::size_t row_size() const { return power_of(degree_ + 1, D - 1) * line_size(); }
+    std::size_t line_size() const { return static_cast<std::size_t>(band_ + whole_) * (band_ + 1) * weights_; }
+    std::size_t row_size() const { return power_of(band_ + 1, D - 1) * line_size(); }
     double* row_data(std::ptrdiff_t row) { return entries_.data() + row * row_size(); }
     const double* row_data(std::ptrdiff_t row) const { return entries_.data() + row * row_size(); }
 
@@ -300,76 +356,96 @@ class SplineMatrix {
         const double* entries;
     };
 
-    template <int P, int W>
+    /// use(line, the line with the smaller numbers, number of the distances) for the lines that have functions near
+    /// those of a line.
+    template <class Use>
+    void for_each_source(std::ptrdiff_t line, const Use& use) const
+    {
+        Index<D> at{}, other{};
+        for (int a = 1; a < D; ++a) {
+            at[a] = static_cast<int>(line % counts_[a]);
+            line /= counts_[a];
+        }
+        IndexBox<D> around = IndexBox<D>::around(Index<D>{}, band_);
+        around.lo[0]       = 0;
+        around.hi[0]       = 1;
+        around.for_each([&](const Index<D>& by) {
+            std::ptrdiff_t place = 0, least = 0;
+            int distances = 0;
+            for (int a = D - 1; a > 0; --a) {
+                other[a] = at[a] + by[a];
+                if (space_.axis[a].periodic)
+                    other[a] = (other[a] % counts_[a] + counts_[a]) % counts_[a];
+                else if (other[a] < 0 || other[a] >= counts_[a])
+                    return;
+                place     = place * counts_[a] + other[a];
+                least     = least * counts_[a] + (by[a] < 0 ? other[a] : at[a]);
+                distances = distances * (band_ + 1) + std::abs(by[a]);
+            }
+            if (active_[place].begin < active_[place].end) use(place, least, distances);
+        });
+    }
+
+    template <int B, int W>
     void multiply_by(const Lanes* from, Lanes* to)
     {
-        const std::size_t padded = P + whole_ + P;
+        const std::size_t padded = B + whole_ + B;
         keep_room(padded_, rows_ * padded);
-        parallel_for(
-            rows_, [&](std::ptrdiff_t row) { pad<P>(from + row * counts_[0], padded_.data() + row * padded); }, is_long());
         parallel_for(
             rows_,
             [&](std::ptrdiff_t row) {
-                std::array<Source, power_of(2 * P + 1, D - 1)> sources;
-                int count = 0;
-                Index<D> at{}, other{}, least{};
-                for (int a = 1, rest = static_cast<int>(row); a < D; ++a) {
-                    at[a] = rest % counts_[a];
-                    rest /= counts_[a];
+                if (active_[row].begin < active_[row].end) pad<B>(from + row * counts_[0], padded_.data() + row * padded);
+            },
+            is_long());
+        parallel_for(
+            rows_,
+            [&](std::ptrdiff_t row) {
+                Lanes* const sums = to + row * counts_[0];
+                const auto begin  = static_cast<int>(active_[row].begin) / kBlock * kBlock;
+                int k             = begin;
+                std::fill_n(sums, begin, Lanes(0.0));
+                if (active_[row].begin < active_[row].end) {
+                    std::array<Source, power_of(2 * B + 1, D - 1)> sources;
+                    int count = 0;
+                    for_each_source(row, [&](std::ptrdiff_t other, std::ptrdiff_t least, int distances) {
+                        sources[count++] = {padded_.data() + other * padded, row_data(least) + distances * line_size()};
+                    });
+                    for (; k < active_[row].end; k += kBlock)
+                        multiply_block<B, W>(sources.data(), count, k, sums + k, std::min(kBlock, counts_[0] - k));
                 }
-                IndexBox<D> around = IndexBox<D>::around(Index<D>{}, P);
-                around.lo[0]       = 0;
-                around.hi[0]       = 1;
-                around.for_each([&](const Index<D>& by) {
-                    std::ptrdiff_t place = 0, smaller_place = 0;
-                    int distances = 0;
-                    for (int a = D - 1; a > 0; --a) {
-                        other[a] = at[a] + by[a];
-                        if (space_.axis[a].periodic)
-                            other[a] = ((other[a] % counts_[a]) + counts_[a]) % counts_[a];
-                        else if (other[a] < 0 || other[a] >= counts_[a])
-                            return;
-                        least[a]      = by[a] < 0 ? other[a] : at[a];
-                        place         = place * counts_[a] + other[a];
-                        smaller_place = smaller_place * counts_[a] + least[a];
-                        distances     = distances * (P + 1) + (by[a] < 0 ? -by[a] : by[a]);
-                    }
-                    sources[count++] = {padded_.data() + place * padded, row_data(smaller_place) + distances * line_size()};
-                });
-                for (int k = 0; k < whole_; k += kBlock)
-                    multiply_block<P, W>(sources.data(), count, k, to + row * counts_[0] + k, std::min(kBlock, counts_[0] - k));
+                if (k < counts_[0]) std::fill_n(sums + k, counts_[0] - k, Lanes(0.0));
             },
             is_long());
     }
     bool is_long() const { return rows_ * counts_[0] > 1000; }
 
     /// A line with P functions before the first and after the last: those of the next periods, or zeros.
-    template <int P>
+    template <int B>
     void pad(const Lanes* from, Lanes* to) const
     {
         const bool is_periodic = space_.axis[0].periodic;
-        for (int k = 0; k < P; ++k) to[k] = is_periodic ? from[before(P - k)] : Lanes(0.0);
-        std::copy_n(from, counts_[0], to + P);
-        for (int k = counts_[0]; k < whole_ + P; ++k) to[P + k] = is_periodic ? from[k % counts_[0]] : Lanes(0.0);
+        for (int k = 0; k < B; ++k) to[k] = is_periodic ? from[before(B - k)] : Lanes(0.0);
+        std::copy_n(from, counts_[0], to + B);
+        for (int k = counts_[0]; k < whole_ + B; ++k) to[B + k] = is_periodic ? from[k % counts_[0]] : Lanes(0.0);
     }
 
-    template <int P, int W>
+    template <int B, int W>
     ORDO_FLAT static void multiply_block(const Source* sources, int count, int first, Lanes* to, int kept)
     {
         Lanes sums[kBlock];
         for (Lanes& sum : sums) sum = Lanes(0.0);
         for (int s = 0; s < count; ++s) {
             const Lanes* const x  = sources[s].x + first;
-            const double* const t = sources[s].entries + static_cast<std::ptrdiff_t>(first) * (P + 1) * W;
-            for (int line = 0; line < kBlock * (P + 1) * W; line += 8) __builtin_prefetch(t + (kBlock + P) * (P + 1) * W + line);
-            for_constants<kBlock + 2 * P>([&](auto j) ORDO_FLAT_LAMBDA {
-                const Lanes of = in_register(x[j]);  // function first + j - P
+            const double* const t = sources[s].entries + static_cast<std::ptrdiff_t>(first) * (B + 1) * W;
+            for (int line = 0; line < kBlock * (B + 1) * W; line += 8) __builtin_prefetch(t + (kBlock + B) * (B + 1) * W + line);
+            for_constants<kBlock + 2 * B>([&](auto j) ORDO_FLAT_LAMBDA {
+                const Lanes of = in_register(x[j]);  // function first + j - B
                 for_constants<kBlock>([&](auto r) ORDO_FLAT_LAMBDA {
-                    constexpr int by = j - P - r;  // from function first + r
-                    if constexpr (by >= -P && by <= P) {
+                    constexpr int by = j - B - r;  // from function first + r
+                    if constexpr (by >= -B && by <= B) {
                         constexpr int column      = j;
-                        const int least           = by < 0 ? column : P + r;
-                        const double* const entry = t + (least * (P + 1) + (by < 0 ? -by : by)) * W;
+                        const int least           = by < 0 ? column : B + r;
+                        const double* const entry = t + (least * (B + 1) + (by < 0 ? -by : by)) * W;
                         const Lanes weight        = halves(entry[0], entry[W - 1]);
                         sums[r] += of * weight;
                     }
@@ -380,13 +456,15 @@ class SplineMatrix {
     }
 
     SplineSpace<D> space_{};
-    int weights_ = 1, degree_ = 1;
+    int weights_ = 1, band_ = 1;  ///< band: the largest distance along an axis
     Index<D> counts_{};
     std::ptrdiff_t rows_ = 0;  ///< lines of functions along the first axis
     int whole_           = 0;  ///< functions of a line, filled up to whole blocks
-    /// [row][distances along the other axes][function, `degree` of the period before first][distance][weight]
+    /// [row][distances along the other axes][function, `band` of the period before first][distance][weight]
     Array<double> entries_;
-    Array<Lanes> padded_;  ///< lines of a vector, see pad
+    Array<Lanes> padded_;                        ///< lines of a vector, see pad
+    std::vector<Interval> active_;               ///< of each line, from its first function
+    std::vector<std::vector<Interval>> pieces_;  ///< see active
 };
 
 }  // namespace ordo

@@ -33,11 +33,10 @@ struct SplineScheme<D>::System {
     typename SplineScratch<D>::Solve solve;
     const char* what;  ///< for messages
     const SplineSpace<D>& space;
-    const Lanes Held::*free;       ///< masks of the walls; null without walls
-    const GhostPenalty<D>* ghost;  ///< for bodies with free surfaces, else null
-    Lanes ghost_weight;            ///< factor of the penalty
-    const CutFactor<D>* factor;    ///< the preconditioner, for bodies with free surfaces, else null
-    SplineMatrix<D>& matrix;       ///< A without walls and penalty
+    const Lanes Held::*free;  ///< masks of the walls; null without walls
+    Lanes ghost_weight;       ///< factor of the penalty in the matrix
+    CutFactor<D>* factor;     ///< the preconditioner, for bodies with free surfaces, else null
+    SplineMatrix<D>& matrix;  ///< A without walls
     /// Factors of its sums along each axis, see factor_axes; none with free surfaces.
     const Factors& factors;
 };

@@ -265,7 +265,6 @@ void SplineScheme<D>::add_reactions(State<D>& s, double part) const
     SplineScratch<D>& work = *scratch_;
     keep_room(work.sums, v_space_.count());
     work.mass.multiply(work.a.data(), work.sums.data());
-    if (is_cut_) work.body.v.multiply(work.ghost_weight, work.a.data(), work.sums.data());
     const std::vector<double> inertia = of_holders(work.sums.data());
     for (std::size_t k = 0; k < holders_.size(); ++k)
         s.account.boundaries[holders_[k].boundary].force[holders_[k].component] += part * (inertia[k] - work.forces[k]);
@@ -360,7 +359,7 @@ void SplineScheme<D>::find_slopes(State<D>& s) const
     {
         Stopwatch watch(times(), StageTimes::nodes);
         find_density(s);
-        find_mass();
+        find_mass(s);
         solve_acceleration(s);
         project_gradient(s);
     }
@@ -518,7 +517,7 @@ void SplineScheme<D>::take_step(State<D>& s, double dt) const
     if (s.fault.fault == Fault::none) s.drift += s.move;
     if (times()) {
         for (const long n : work.iterations) times()->mass_iterations += n;
-        times()->mass_solves += static_cast<long>(work.iterations.size()) * scheme.stages;
+        times()->mass_solves += static_cast<long>(is_cut_ ? work.iterations.size() + D - 1 : 3) * scheme.stages;
     }
     this->advance_time(s, dt);
     s.t_v = s.t_F = s.t;
@@ -589,7 +588,7 @@ void SplineScheme<D>::find_projection(State<D>& s) const
     if (is_cut_) find_body(s);
     fit_velocity(s);
     find_density(s);
-    find_mass();
+    find_mass(s);
     show(s);
     report(s);
 }

@@ -8,7 +8,6 @@
 #include "spline/axis_mass.hpp"
 #include "spline/axis_matrix.hpp"
 #include "spline/cell.hpp"
-#include "spline/cut_factor.hpp"
 #include "spline/scratch.hpp"
 
 #include <array>
@@ -96,7 +95,7 @@ class SplineScheme final : public Scheme<D> {
     /// For bodies with free surfaces, by quadrature: b -= int s_h grad N_i, and the projection of the gradient.
     void subtract_force() const;
     void project_gradient_of_body(State<D>& s) const;
-    void damp_surface(const Lanes& ghost_weight) const;
+    void damp_surface() const;
     /// work.at_points = splines of a space, or their slopes along an axis, times the quadrature weights, m^D; and the
     /// transposed operator: to += sums of value(work.at_points) times functions or slopes.
     void evaluate_at_points(const SplineSpace<D>& space, int slope_axis, const Lanes* from) const;
@@ -111,7 +110,8 @@ class SplineScheme final : public Scheme<D> {
     std::array<double, D*(P + 1)> cut_row(const CutPoints& points, std::ptrdiff_t k, const SplineSpace<D>& space,
                                           int slope_axis) const;
     template <class Value>
-    void find_matrix(const SplineSpace<D>& space, SplineMatrix<D>& matrix, const Value& weight) const;
+    void find_matrix(const SplineSpace<D>& space, const GhostPenalty<D>& ghost, double ghost_weight, SplineMatrix<D>& matrix,
+                     const Value& weight) const;
     /// The weights of particles in a fit: their volumes, or their masses in the lower four lanes.
     struct Weight {
         ParticleView<D> p;
@@ -124,7 +124,7 @@ class SplineScheme final : public Scheme<D> {
     bool is_seen(const Index<D>& vertex) const;
     void subtract_force_of_full_grid() const;
     Vec<D, const double*> tables(const SplineSpace<D>& space, int slope_axis, const Index<D>& cell) const;
-    void find_mass() const;
+    void find_mass(State<D>& s) const;
     /// The differences between the fits.
     struct FitTask {
         typename SplineScratch<D>::Solve solve;
@@ -142,12 +142,13 @@ class SplineScheme final : public Scheme<D> {
     void set_values(const State<D>& s, const Value& value) const;
     void fit(State<D>& s, const FitTask& task, Array<Lanes>& x) const;
     template <int P, int W>
-    void find_matrix_of_particles(const FitTask& task, const Weight& weight) const;
+    void find_matrix_of_particles(const FitTask& task, const Weight& weight, const Lanes& ghost_weight) const;
     void solve(State<D>& s, const System& system, Lanes* x, Lanes* b) const;
     std::pair<Factors, int> factor_axes(const SplineMatrix<D>& matrix, const SplineSpace<D>& space,
                                         const std::array<AxisEnds, D>* free) const;
     void precondition(const System& system) const;
     void hold(const System& system, Lanes* records) const;
+    CutFactor<D>& factor_of(typename SplineScratch<D>::Solve solve, const SplineMatrix<D>& matrix) const;
     void require_enough(State<D>& s, const System& system, int poor) const;
     void hold_walls();
     void find_holders();

@@ -6,9 +6,11 @@
 #include "base/stress.hpp"
 #include "base/vec.hpp"
 #include "spline/body.hpp"
+#include "spline/cut_factor.hpp"
 #include "spline/matrix.hpp"
 
 #include <array>
+#include <optional>
 #include <vector>
 
 namespace ordo {
@@ -51,8 +53,9 @@ struct SplineScratch {
     Array<double> density;
     Array<Lanes> at_points;
     bool is_near = false;  ///< `v` and `s` are good first guesses for the next fit: stages after the first
-    enum Solve { kVelocity, kStress, kMass, kGradient };
-    std::array<long, 4> iterations{};  ///< of conjugate gradients in the last step, per kind of system
+    enum Solve { kVelocity, kStress, kMass, kGradient, kSurface };
+    std::array<long, 5> iterations{};                    ///< of conjugate gradients in the last step, per kind of system
+    std::array<std::optional<CutFactor<D>>, 5> factors;  ///< preconditioners for bodies with free surfaces
 
     SplineMatrix<D> fitted;               ///< of the last fit
     SplineMatrix<D> mass;                 ///< M
@@ -60,7 +63,7 @@ struct SplineScratch {
     Array<Lanes> values;                  ///< of the particles: the data of a fit
     Array<Lanes> r, z, p, q;              ///< vectors of conjugate gradients
     std::vector<double> forces;           ///< on the components that boundaries hold, N
-    Lanes ghost_weight{};                 ///< of the ghost penalty in the mass matrix, kg
+    double ghost_weight = 0.0;            ///< of the ghost penalty in the mass matrix, kg
     Array<Lanes> sums, scale;             ///< row sums of a matrix; scale of its preconditioner
     Array<Lanes> b;                       ///< right-hand sides
     Array<Lanes> part;                    ///< some lanes of `v`, also with those of `a`
