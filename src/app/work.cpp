@@ -582,7 +582,7 @@ Work StepWork::total() const
 }
 
 template <int D>
-StepWork count_spline_work(const Model<D>& model, const State<D>& s, const std::array<long, 5>& iterations)
+StepWork count_spline_work(const Model<D>& model, const State<D>& s, const SplineIterations& iterations)
 {
     const MethodSpec& method = model.method;
     const double n           = s.particles.count;
@@ -621,7 +621,7 @@ StepWork count_spline_work(const Model<D>& model, const State<D>& s, const std::
     }
     add(StageTimes::nodes, stages * cells * (density + mass + pairs(degrees[0], D)),
         stages * cells * (2 * std::pow(points, D) + 2 * pairs(degrees[0], D)) * sizeof(double));
-    solve(StageTimes::nodes, 0, 1, static_cast<double>(iterations[SplineScratch<D>::kMass]) + 2 * stages);
+    solve(StageTimes::nodes, 0, 1, static_cast<double>(iterations[SplineSolve::mass]) + 2 * stages);
     add(StageTimes::gather, stages * n * (kProduct<D> + kDeformFlops<D> + 16 * D + 4 * D * D),
         stages * n * (6 * sizeof(Vec<D>) + 6 * sizeof(Mat<D>)));
     return total;
@@ -637,7 +637,7 @@ StepWork count_work(const Scheme<D>& scheme, State<D>& s, double mass_solves, do
 
 #define ORDO_WORK(D)                                                           \
     template StepWork count_work(const Scheme<D>&, State<D>&, double, double); \
-    template StepWork count_spline_work(const Model<D>&, const State<D>&, const std::array<long, 5>&);
+    template StepWork count_spline_work(const Model<D>&, const State<D>&, const SplineIterations&);
 ORDO_WORK(1)
 ORDO_WORK(2)
 ORDO_WORK(3)

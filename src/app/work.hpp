@@ -3,6 +3,7 @@
 #pragma once
 
 #include "method/scheme.hpp"
+#include "spline/scratch.hpp"
 
 #include <array>
 
@@ -45,6 +46,6 @@ StepWork count_work(const Scheme<D>& scheme, State<D>& s, double mass_solves, do
 /// The same for projection spline-fit, with the iterations of each kind of system, see SplineScratch. Sums over the functions
 /// at a particle are counted axis by axis, like those over the Gauss points of a cell.
 template <int D>
-StepWork count_spline_work(const Model<D>& model, const State<D>& s, const std::array<long, 5>& iterations);
+StepWork count_spline_work(const Model<D>& model, const State<D>& s, const SplineIterations& iterations);
 
 }  // namespace ordo

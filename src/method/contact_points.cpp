@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace ordo {
 
@@ -47,6 +48,8 @@ std::vector<ContactPoint<D>> in_pieces(std::size_t n, const F& f)
         for (std::ptrdiff_t i = k * piece; i < std::min(count, (k + 1) * piece); ++i) f(i, found[static_cast<std::size_t>(k)]);
     });
     std::vector<ContactPoint<D>> r;
+    r.reserve(std::accumulate(found.begin(), found.end(), std::size_t{0},
+                              [](std::size_t sum, const auto& one) { return sum + one.size(); }));
     for (const auto& one : found) r.insert(r.end(), one.begin(), one.end());
     return r;
 }
@@ -67,9 +70,17 @@ class PlacedSurface {
         if (normals_.empty() || !have_normals_.covers(near)) {
             normals_      = corner_normals(*outline_, x_->data(), near);
             have_normals_ = near;
+            shares_.assign(normals_.size(), {});
+            const std::vector<char> is_near = faces_near(*outline_, x_->data(), near);
+            parallel_for_each(static_cast<std::ptrdiff_t>(normals_.size()), [&](std::ptrdiff_t k) {
+                if (is_near[k])
+                    shares_[k] = shares_of_corners(outline_->corners_of(k, x_->data()).data(), outline_->faces[k].count);
+            });
         }
         return normals_;
     }
+    /// What the corners of a face whose normals were found stand for, m^(D-1).
+    const auto& shares(int face) const { return shares_[face]; }
     /// A Gauss point of a face.
     struct Sample {
         Vec<D> x, normal;
@@ -121,6 +132,7 @@ class PlacedSurface {
     const std::vector<Vec<D>>* x_;
     Extent<D> extent_;
     Normals<D> normals_;
+    std::vector<std::array<double, Face<D>::max_corners>> shares_;
     Extent<D> have_normals_;
 };
 
@@ -192,8 +204,7 @@ class PointFinder {
         for (const Vec<D>& shift : shifts_) {
             const Vec<D> at = x + shift;
             if (!near_.has(at)) continue;
-            const auto one = search_->nearest(at, n);
-            if (one && (!best || std::fabs(one->foot.gap) < std::fabs(best->foot.gap))) best = one;
+            search_->find_nearer(at, n, best);
         }
         return best;
     }
@@ -209,8 +220,7 @@ class PointFinder {
             const Vec<D>& n           = (*normals_)[face][corner];
             if (i == slave_.first[key.of] || !(n == of)) found = nearest(x_[key.of], of = n);
             if (!found) continue;
-            const auto at      = slave_.corners_of(face, x_.data());
-            const double share = 0.5 * share_of_corner(at.data(), slave_.faces[face].count, corner);
+            const double share = 0.5 * placed_.shares(face)[corner];
             const auto same    = std::find_if(to.begin() + static_cast<std::ptrdiff_t>(begin), to.end(),
                                               [&](const ContactPoint<D>& one) { return one.face == found->face; });
             if (same != to.end()) {
@@ -277,7 +287,7 @@ ContactPoint<D> point_of(const TiedPoint<D>& tied, bool on_faces, PlacedSurface<
         const auto [face, corner] = outline.around[i];
         const auto own            = outline.corners_of(face, slave.x().data());
         if (dot(face_area(own.data(), outline.faces[face].count), r.normal) < 0)
-            r.area += part * share_of_corner(own.data(), outline.faces[face].count, corner);
+            r.area += part * shares_of_corners(own.data(), outline.faces[face].count)[corner];
     }
     return r;
 }
@@ -320,7 +330,6 @@ class ObstacleFinder {
     /// points of its faces.
     std::vector<ContactPoint<D>> all(int pair, PlacedSurface<D>& surface, bool on_faces = false) const
     {
-        const Outline<D>& outline        = surface.outline();
         const std::vector<Vec<D>>& x     = surface.x();
         const std::vector<Vec<D>> shifts = shifts_of(surface.extent());
         if (shifts.empty()) return {};
@@ -336,7 +345,7 @@ class ObstacleFinder {
         if (std::find(near.begin(), near.end(), 1) == near.end()) return {};
         const Normals<D>& normals = surface.normals();
         return in_pieces<D>(x.size(), [&](std::ptrdiff_t v, std::vector<ContactPoint<D>>& to) {
-            if (near[v]) add({pair, 0, static_cast<int>(v), 0}, outline, x, normals, shifts, to);
+            if (near[v]) add({pair, 0, static_cast<int>(v), 0}, surface, normals, shifts, to);
         });
     }
     /// Of the particles of a body, half of whose size is between them and their surface.
@@ -402,24 +411,25 @@ class ObstacleFinder {
         }
         return best;
     }
-    void add(ContactKey key, const Outline<D>& outline, const std::vector<Vec<D>>& x, const Normals<D>& normals,
-             const std::vector<Vec<D>>& shifts, std::vector<ContactPoint<D>>& to) const
+    void add(ContactKey key, const PlacedSurface<D>& surface, const Normals<D>& normals, const std::vector<Vec<D>>& shifts,
+             std::vector<ContactPoint<D>>& to) const
     {
-        constexpr double same   = 1 - 1e-9;  // cosine between normals of one foot
-        const std::size_t begin = to.size();
+        const Outline<D>& outline = surface.outline();
+        const Vec<D>& x           = surface.x()[key.of];
+        constexpr double same     = 1 - 1e-9;  // cosine between normals of one foot
+        const std::size_t begin   = to.size();
         for (int i = outline.first[key.of]; i < outline.first[key.of + 1]; ++i) {
             const auto [face, corner] = outline.around[i];
-            const auto foot           = nearest(x[key.of], &normals[face][corner], shifts);
+            const auto foot           = nearest(x, &normals[face][corner], shifts);
             if (!foot) continue;
-            const auto at      = outline.corners_of(face, x.data());
-            const double share = share_of_corner(at.data(), outline.faces[face].count, corner);
+            const double share = surface.shares(face)[corner];
             const auto old     = std::find_if(to.begin() + static_cast<std::ptrdiff_t>(begin), to.end(),
                                               [&](const ContactPoint<D>& one) { return dot(one.normal, foot->normal) > same; });
             if (old != to.end()) {
                 old->area += share;
                 continue;
             }
-            to.push_back(point_at(key, x[key.of], share, *foot));
+            to.push_back(point_at(key, x, share, *foot));
             ++key.ordinal;
         }
     }

@@ -56,44 +56,47 @@ std::vector<std::array<Vec<D>, Face<D>::max_corners>> corner_normals(const Outli
         for (int i = outline.first[v]; i < outline.first[v + 1]; ++i)
             has_normals[v] = has_normals[v] || is_near[outline.around[i].first];
     });
-    std::vector<std::array<Vec<D>, Face<D>::max_corners>> parts(faces), r(faces);
     std::vector<Vec<D>> normals(faces);
     parallel_for_each(faces, [&](std::ptrdiff_t k) {
         const int corners = outline.faces[k].count;
         const auto& own   = outline.vertices[k];
-        if (std::none_of(own.begin(), own.begin() + corners, [&](int v) { return has_normals[v]; })) return;
-        const auto at = outline.corners_of(k, x);
-        normals[k]    = unit(face_area(at.data(), corners));
-        for (int c = 0; c < corners; ++c) parts[k][c] = part_of_normal<D>(at.data(), corners, c);
+        if (std::any_of(own.begin(), own.begin() + corners, [&](int v) { return has_normals[v]; }))
+            normals[k] = unit(face_area(outline.corners_of(k, x).data(), corners));
     });
-    const double least = std::cos(crease);
+    std::vector<std::array<Vec<D>, Face<D>::max_corners>> r(faces);
+    const double least = std::cos(crease), half_way = std::cos(crease / 2);
     parallel_for_each(vertices, [&](std::ptrdiff_t v) {
         if (!has_normals[v]) return;
-        // f(other, its corner, sign, whether it joins) for the faces around the vertex and their images, seen from one of them.
+        const auto begin = outline.around.begin() + outline.first[v], end = outline.around.begin() + outline.first[v + 1];
+        // f(other, its corner, sign, cosine of the angle between) for the faces around the vertex and their images, seen from one.
         auto for_each_around = [&](int face, const auto& f) {
-            for (int i = outline.first[v]; i < outline.first[v + 1]; ++i) {
-                const auto [other, corner] = outline.around[i];
-                outline.for_each_image(v, [&, other = other, corner = corner](const Vec<D>& sign) {
-                    const bool is_own = other == face && sign == Vec<D>::filled(1.0);
-                    f(other, corner, sign, is_own || dot(normals[face], mirrored(normals[other], sign)) > least);
+            for (auto at = begin; at != end; ++at)
+                outline.for_each_image(v, [&](const Vec<D>& sign) {
+                    const bool is_own = at->first == face && sign == Vec<D>::filled(1.0);
+                    f(at->first, at->second, sign, is_own ? 1.0 : dot(normals[face], mirrored(normals[at->first], sign)));
                 });
-            }
         };
-        bool is_smooth = true;  // so that the normals are equal
-        for (int i = outline.first[v]; i < outline.first[v + 1] && is_smooth; ++i)
-            for_each_around(outline.around[i].first,
-                            [&](int, int, const Vec<D>&, bool joins) { is_smooth = is_smooth && joins; });
+        auto least_cosine = [&](int face) {
+            double least_of_all = 1.0;
+            for_each_around(face, [&](int, int, const Vec<D>&, double cosine) { least_of_all = std::min(least_of_all, cosine); });
+            return least_of_all;
+        };
+        auto normal_of = [&](int face) {
+            Vec<D> sum{};
+            for_each_around(face, [&](int other, int corner, const Vec<D>& sign, double cosine) {
+                if (!(cosine > least)) return;
+                const auto at = outline.corners_of(other, x);
+                sum += mirrored(part_of_normal<D>(at.data(), outline.faces[other].count, corner), sign);
+            });
+            return unit(sum);
+        };
+        // Where all join all, the normals are equal: surely if none turns from the first by half of the crease.
+        const bool is_smooth = least_cosine(begin->first) > half_way ||
+                               std::all_of(begin, end, [&](const auto& one) { return least_cosine(one.first) > least; });
         Vec<D> normal{};
-        for (int i = outline.first[v]; i < outline.first[v + 1]; ++i) {
-            const auto [face, corner] = outline.around[i];
-            if (!is_smooth || i == outline.first[v]) {
-                Vec<D> sum{};
-                for_each_around(face, [&](int other, int at, const Vec<D>& sign, bool joins) {
-                    if (joins) sum += mirrored(parts[other][at], sign);
-                });
-                normal = unit(sum);
-            }
-            r[face][corner] = normal;
+        for (auto at = begin; at != end; ++at) {
+            if (!is_smooth || at == begin) normal = normal_of(at->first);
+            r[at->first][at->second] = normal;
         }
     });
     return r;

@@ -50,7 +50,13 @@ class FaceSearch {
     std::optional<Nearest<D>> nearest(const Vec<D>& x, const Vec<D>& n) const
     {
         std::optional<Nearest<D>> best;
-        if (!all_.has(x)) return best;
+        find_nearer(x, n, best);
+        return best;
+    }
+    /// The same, if it is nearer than `best`.
+    void find_nearer(const Vec<D>& x, const Vec<D>& n, std::optional<Nearest<D>>& best) const
+    {
+        if (!all_.has(x)) return;
         const std::int64_t here = key(bin_of(x));
         for (int i = first_[here]; i < first_[here + 1]; ++i) {
             const Look& look                      = looks_[in_bins_[i]];
@@ -60,7 +66,6 @@ class FaceSearch {
             if (!foot.is_inside || !(std::fabs(foot.gap) <= reach_) || !(dot(foot.normal, n) < kFacing)) continue;
             if (!best || std::fabs(foot.gap) < std::fabs(best->foot.gap)) best = Nearest<D>{look.face, foot};
         }
-        return best;
     }
 
   private:
@@ -118,9 +123,9 @@ class FaceSearch {
         }
         for (int c = 0; c < count; ++c) {
             const double cosine = dot(n[c], normal);
-            slope               = std::max(slope, std::sqrt(std::max(0.0, 1 / (cosine * cosine) - 1)));
+            slope               = std::max(slope, 1 / (cosine * cosine) - 1);  // its square
         }
-        slope *= 2;  // between the corners
+        slope    = 2 * std::sqrt(slope);  // between the corners
         r.margin = 0.02 + per_m * ((reach_ + slope * size) * slope + norm(warp) / 4);
         // A point with the foot P + h N on the curve is P + h N + g n, with P on the flat face, |g| <= reach and a normal n that
         // is N within the slopes of the curve and those of a warped face.

@@ -43,18 +43,23 @@ ORDO_FLAT inline Vec<D> face_center(const Vec<D>* x, int count)
     return sum * (1.0 / count);
 }
 
-/// The integral of a corner's own (bi)linear function over a face, m^(D-1): what the corner stands for.
+/// The integrals of the corners' own (bi)linear functions over a face, m^(D-1): what each corner stands for.
 template <int D>
-double share_of_corner(const Vec<D>* x, int count, int corner)
+std::array<double, Face<D>::max_corners> shares_of_corners(const Vec<D>* x, int count)
 {
-    if (count < 4) return norm(face_area(x, count)) / count;
-    double sum = 0.0;
-    for (int k = 0; k < 4; ++k) {
-        constexpr double weight[] = {4, 2, 1, 2};  // of the corner itself, its neighbours, and the one opposite, over 36
-        const Vec<D> next = x[(k + 1) % 4] - x[k], last = x[(k + 3) % 4] - x[k];
-        if constexpr (D == 3) sum += weight[(k - corner + 4) % 4] * norm(cross(next, last));
+    std::array<double, Face<D>::max_corners> r{};
+    if (count < 4) {
+        std::fill_n(r.begin(), count, norm(face_area(x, count)) / count);
+        return r;
     }
-    return sum / 36;
+    if constexpr (D == 3)
+        for (int k = 0; k < 4; ++k) {
+            constexpr double weight[] = {4, 2, 1, 2};  // of the corner itself, its neighbours, and the one opposite, over 36
+            const double size         = norm(cross(x[(k + 1) % 4] - x[k], x[(k + 3) % 4] - x[k]));
+            for (int corner = 0; corner < 4; ++corner) r[corner] += weight[(k - corner + 4) % 4] * size;
+        }
+    for (double& share : r) share /= 36;
+    return r;
 }
 
 /// The faces of one cell: 2 D of a segment, quadrilateral or hexahedron, D + 1 of a simplex. Not oriented.

@@ -1,6 +1,7 @@
 // An incomplete Cholesky factor without fill, as a preconditioner (Meijerink & van der Vorst 1977, Math. Comp. 31, 148).
 #pragma once
 
+#include "base/error.hpp"
 #include "base/lanes.hpp"
 
 #include <algorithm>
@@ -22,31 +23,30 @@ class IncompleteCholesky {
     void add_row(std::vector<Entry>& left, double diagonal)
     {
         std::sort(left.begin(), left.end(), [](const Entry& a, const Entry& b) { return a.first < b.first; });
+        std::ptrdiff_t last = 0;  // the entry before
         for (std::size_t k = 0; k < left.size(); ++k) {
             const auto [column, value] = left[k];
             if (k > 0 && column == left[k - 1].first) {
-                values_[last_] += value;
+                values_[last] += value;
                 continue;
             }
             const bool continues = std::ssize(runs_) > first_.back() && runs_.back().column + runs_.back().length == column;
             if (!continues) runs_.push_back({column, 0, std::ssize(values_)});
             Run& run = runs_.back();
             if (run.length % kStep == 0) values_.insert(values_.end(), kStep, 0.0);
-            last_          = run.values + run.length++;
-            values_[last_] = value;
+            last          = run.values + run.length++;
+            values_[last] = value;
         }
         first_.push_back(std::ssize(runs_));
-        diagonal_.push_back(diagonal);
+        scale_.push_back(1 / std::sqrt(diagonal));
     }
 
-    int size() const { return static_cast<int>(diagonal_.size()); }
+    int size() const { return static_cast<int>(scale_.size()); }
 
     /// Factors the matrix; call it after the last row. Where a pivot is not positive, all pivots are raised by a share, which grows
-    /// until none is.
+    /// until none is. Throws NumericalError if entries are not finite.
     void factor()
     {
-        scale_.resize(size());
-        for (int i = 0; i < size(); ++i) scale_[i] = 1 / std::sqrt(diagonal_[i]);
         for (int i = 0; i < size(); ++i)
             for_each_run(i, [&](const Run& run) {
                 for (int k = 0; k < run.length; ++k) values_[run.values + k] *= scale_[i] * scale_[run.column + k];
@@ -56,6 +56,8 @@ class IncompleteCholesky {
         while (!try_factor(1.0 + raised)) {
             values_ = whole;
             raised  = raised > 0 ? 4 * raised : 1e-3;
+            if (raised > size() + 1.0)
+                throw NumericalError("a matrix has entries that are not finite");  // all sizes are at most 1
         }
     }
 
@@ -124,7 +126,7 @@ class IncompleteCholesky {
                 std::copy_n(row.data() + run.column, run.length, values_.data() + run.values);
                 std::fill_n(row.data() + run.column, run.length, 0.0);
             });
-            if (!(pivot > 1e-3 * (diagonal - 1.0))) return false;
+            if (!(pivot > std::max(1e-5, 1e-3 * (diagonal - 1.0)))) return false;
             inverse_[i] = 1 / std::sqrt(pivot);
         }
         return true;
@@ -133,8 +135,7 @@ class IncompleteCholesky {
     std::vector<std::ptrdiff_t> first_{0};  ///< run of each row, then the end
     std::vector<Run> runs_;
     std::vector<double> values_;
-    std::vector<double> diagonal_, scale_, inverse_;  ///< of A; the inverse roots of it, and the inverses of L's diagonal
-    std::ptrdiff_t last_ = 0;                         ///< the last entry that was added
+    std::vector<double> scale_, inverse_;  ///< the inverse roots of A's diagonal; the inverses of L's
 };
 
 }  // namespace ordo

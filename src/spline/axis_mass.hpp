@@ -66,9 +66,9 @@ class AxisMass {
 };
 
 /// The factors of int N_i N_j, lengths in cells.
-inline Banded<Lanes> unit_mass(const SplineAxis& axis, const AxisEnds& free)
+inline Banded<Lanes> unit_mass(const SplineAxis& axis)
 {
-    AxisMass mass(axis, free);
+    AxisMass mass(axis, kFreeEnds);
     for_each_gauss_point(axis, axis.degree + 1, [&](int, double, double weight, int span, const double* w, const double*) {
         for (int i = 0; i <= axis.degree; ++i)
             for (int j = i; j <= axis.degree; ++j) mass.add(axis.wrapped(span + i), j - i, Lanes(weight * w[i] * w[j]));

@@ -15,7 +15,7 @@ class CutFactor {
     /// Factors a matrix, for its last weight, over its active functions.
     explicit CutFactor(const SplineMatrix<D>& matrix) : functions_(functions_of(matrix))
     {
-        std::vector<int> number(functions_.back() + 1, -1);  // of a function among the active
+        std::vector<int> number(functions_.empty() ? 0 : functions_.back() + 1, -1);  // of a function among the active
         for (std::size_t k = 0; k < functions_.size(); ++k) number[functions_[k]] = static_cast<int>(k);
         std::vector<IncompleteCholesky::Entry> left;
         for (const std::ptrdiff_t i : functions_) {

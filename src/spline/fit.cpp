@@ -32,12 +32,11 @@ Lanes stress_lanes(const Stress<D>& sigma)
     return r;
 }
 
-/// to += sum over the particles i of a cell of N(x_i) value(i).
+/// to += sum over the particles i of a cell, which has some, of N(x_i) value(i).
 template <int D, int P, class Value>
 ORDO_FLAT inline void spread_cell(const SplineSpace<D>& space, const SplineScratch<D>& work, const SampleRows& rows,
                                   const Index<D>& at, int number, const Value& value, Lanes* to)
 {
-    if (work.first[number] == work.first[number + 1]) return;
     SplineCell<D, P> cell(space, at);
     cell.clear();
     for (int k = work.first[number]; k < work.first[number + 1]; ++k)
@@ -55,21 +54,30 @@ void SplineScheme<D>::hold(const System& system, Lanes* records) const
         for (const Held& h : held_) records[h.function] *= h.*system.free;
 }
 
-/// The factors of a tensor product over the axes that is close to a matrix, and a function that they show to have too few points, or
-/// -1. Leaves the square root of its row sums over those of the matrix, in work.sums, in work.scale.
+/// work.sums = the row sums of a matrix over n functions.
+template <int D>
+void SplineScheme<D>::find_row_sums(SplineMatrix<D>& matrix, std::size_t n) const
+{
+    SplineScratch<D>& work = *scratch_;
+    keep_room(work.r, n);
+    keep_room(work.sums, n);
+    std::fill_n(work.r.data(), n, Lanes(1.0));
+    matrix.multiply(work.r.data(), work.sums.data());
+}
+
+/// The factors of a tensor product over the axes that is close to a matrix with the row sums work.sums. Sets work.scale to the roots
+/// of the product's row sums over these.
 ///
 /// The factor of an axis is the sum of the matrix over the functions of the other axes: sum_g w_g N_i N_j of that axis alone, since the
 /// functions of the other axes sum to 1. So the product is the matrix itself if the points lie on lines along the axes, and always in 1D.
 template <int D>
-std::pair<typename SplineScheme<D>::Factors, int> SplineScheme<D>::factor_axes(const SplineMatrix<D>& matrix,
-                                                                               const SplineSpace<D>& space,
-                                                                               const std::array<AxisEnds, D>* free) const
+typename SplineScheme<D>::Factors SplineScheme<D>::factor_axes(const SplineMatrix<D>& matrix, const SplineSpace<D>& space,
+                                                               const std::array<AxisEnds, D>* free) const
 {
     SplineScratch<D>& work = *scratch_;
     const Index<D> counts  = space.counts();
     const auto sums        = matrix.sums_along_axes();
     Factors factors;
-    int poor = -1;
     std::array<std::vector<Lanes>, D> rows;
     Lanes scale(1.0);  // the product would be too large by the sum of all entries for each axis but the first
     for (int a = 0; a < D; ++a) {
@@ -89,12 +97,12 @@ std::pair<typename SplineScheme<D>::Factors, int> SplineScheme<D>::factor_axes(c
             for (const Lanes& of : rows[0]) whole += of;
             scale = quotient(Lanes(1.0), whole);
         }
-        int singular                   = -1;
-        std::tie(factors[a], singular) = mass.factored(1e-10);
+        int singular                      = -1;
+        std::tie(factors.of[a], singular) = mass.factored(1e-10);
         if (singular < 0) continue;
         Index<D> at{};
         for (int b = 0; b < D; ++b) at[b] = b == a ? singular : counts[b] / 2;
-        poor = static_cast<int>(space.number(at));
+        factors.poor = space.number(at);
     }
     keep_room(work.scale, space.count());
     parallel_for_each(static_cast<std::ptrdiff_t>(space.count()), [&](std::ptrdiff_t i) {
@@ -103,7 +111,7 @@ std::pair<typename SplineScheme<D>::Factors, int> SplineScheme<D>::factor_axes(c
         for (int a = 1; a < D; ++a) of_product *= rows[a][at[a]];
         work.scale[i] = square_root(quotient(of_product, work.sums[i]));
     });
-    return {std::move(factors), poor};
+    return factors;
 }
 
 /// z = P^-1 r. With free surfaces P is the incomplete factor; without them it is S^1/2 M S^1/2, where M is the tensor product of
@@ -122,7 +130,7 @@ void SplineScheme<D>::precondition(const System& system) const
     parallel_for_each(n, [&](std::ptrdiff_t i) { work.z[i] = work.r[i] * work.scale[i]; });
     for (int a = 0; a < D; ++a)
         for_each_line<D>(counts, a, [&](std::ptrdiff_t first, std::ptrdiff_t stride) {
-            system.factors[a].solve(work.z.data() + first, stride);
+            system.factors->of[a].solve(work.z.data() + first, stride);
         });
     parallel_for_each(n, [&](std::ptrdiff_t i) { work.z[i] *= work.scale[i]; });
 }
@@ -130,17 +138,22 @@ void SplineScheme<D>::precondition(const System& system) const
 /// The system A x = b for conjugate_gradients; `work.sums` has the row sums.
 template <int D>
 struct SplineScheme<D>::Conjugate {
-    /// Residuals, relative to b. With free surfaces, functions with little of the body in their support make larger errors of them: with
-    /// 1e-13 `spline5` ends at 5e-12 m on 64 cells of `vibration-free`, instead of 1e-12.
-    static constexpr double of_grid = 1e-13, of_body = 1e-15;
+    /// Residuals, as the iteration updates them, relative to b. With free surfaces, functions with little of the body in their support
+    /// make larger errors of them: with 1e-13 `spline5` ends at 5e-12 m on 64 cells of `vibration-free`, instead of 1e-12.
+    static constexpr double enough = 1e-13, best = 1e-15;
+    /// Where particles hardly determine the splines, a lane does not get from the one to the other: after so many iterations, or when its
+    /// residual has grown a hundredfold, it stays as it is. Further iterations would add what vanishes at all particles.
+    static constexpr int most_further = 10;
 
     const SplineScheme& scheme;
-    State<D>& s;
     const System& system;
     Lanes* x;
     SplineScratch<D>& work;
     const std::vector<std::vector<typename SplineMatrix<D>::Interval>>& active;  ///< functions
-    Lanes whole;  ///< the size of b, or of the first residual if that is larger
+    Lanes whole{0.0};    ///< the size of b, or of the first residual if that is larger
+    Lanes least{0.0};    ///< size of the residual since it is small enough
+    Lanes further{0.0};  ///< iterations since then
+    Lanes goes_on{1.0};  ///< 1, or 0 in lanes that stay as they are
 
     template <class F>
     void for_each(F&& f) const
@@ -191,13 +204,21 @@ struct SplineScheme<D>::Conjugate {
         clear(work.p, system.space.count());
     }
 
-    bool is_done() const
+    bool is_done()
     {
-        const Lanes left       = size(work.r.data());
-        const double tolerance = system.factor ? of_body : of_grid;
-        for (int k = 0; k < 8; ++k)
-            if (!(left[k] <= tolerance * tolerance * whole[k])) return false;
-        return true;
+        const Lanes left = size(work.r.data());
+        bool is_done     = true;
+        for (int k = 0; k < 8; ++k) {
+            auto is_within       = [&](double tolerance) { return left[k] <= tolerance * tolerance * whole[k]; };
+            const bool is_enough = is_within(enough);
+            if (is_enough || further[k] > 0) {
+                if (is_within(best) || further[k] >= most_further || (further[k] > 0 && left[k] > 1e4 * least[k])) goes_on[k] = 0;
+                least[k] = further[k] > 0 ? std::min(least[k], left[k]) : left[k];
+                further[k] += 1;
+            }
+            is_done = is_done && (goes_on[k] == 0 || (is_enough && !system.factor));
+        }
+        return is_done;
     }
     Lanes precondition()
     {
@@ -215,9 +236,10 @@ struct SplineScheme<D>::Conjugate {
     }
     void add_direction(const Lanes& alpha)
     {
+        const Lanes step = alpha * goes_on;
         for_each([&](std::ptrdiff_t i) {
-            x[i] += work.p[i] * alpha;
-            work.r[i] -= work.q[i] * alpha;
+            x[i] += work.p[i] * step;
+            work.r[i] -= work.q[i] * step;
         });
     }
     /// The function with the largest residual.
@@ -245,10 +267,11 @@ void SplineScheme<D>::solve(State<D>& s, const System& system, Lanes* x, Lanes* 
     if (system.factor)  // without particles the penalty scales the residual
         parallel_for_each(n, [&](std::ptrdiff_t i) { work.sums[i] = larger(work.sums[i], system.ghost_weight); });
 
-    Conjugate vectors{*this, s, system, x, work, system.matrix.active(), Lanes(0.0)};
+    Conjugate vectors{*this, system, x, work, system.matrix.active()};
     vectors.start(b);
     const int iterations = conjugate_gradients(vectors, most);
     work.iterations[system.solve] += iterations;
+    ++work.solves;
     if (iterations < most || vectors.is_done()) return;
     throw NumericalError(fmt::format("step {}, t = {:.6g} s: {} near {} does not converge in {} iterations: the particles "
                                      "hardly determine the splines there; more particles a cell may help",
@@ -259,7 +282,7 @@ void SplineScheme<D>::solve(State<D>& s, const System& system, Lanes* x, Lanes* 
 /// The preconditioner of a system of a body with free surfaces. Later stages of a step use that of the first, as long as the same
 /// functions are active: their matrices differ little, and to factor takes longer than to solve.
 template <int D>
-CutFactor<D>& SplineScheme<D>::factor_of(typename SplineScratch<D>::Solve solve, const SplineMatrix<D>& matrix) const
+CutFactor<D>& SplineScheme<D>::factor_of(SplineSolve::Kind solve, const SplineMatrix<D>& matrix) const
 {
     std::optional<CutFactor<D>>& factor = scratch_->factors[solve];
     if (!scratch_->is_near || !factor || !factor->is_for(matrix)) factor.emplace(matrix);
@@ -268,7 +291,7 @@ CutFactor<D>& SplineScheme<D>::factor_of(typename SplineScratch<D>::Solve solve,
 
 /// Throws if a function cannot be fitted: it has too few particles in its support, or depends linearly on others.
 template <int D>
-void SplineScheme<D>::require_enough(State<D>& s, const System& system, int poor) const
+void SplineScheme<D>::require_enough(State<D>& s, const System& system) const
 {
     SplineScratch<D>& work = *scratch_;
     constexpr double least = 0.02;
@@ -278,8 +301,15 @@ void SplineScheme<D>::require_enough(State<D>& s, const System& system, int poor
                                                     s.n, s.t, system.what, place_text(place_of(model(), system.space.center(function))),
                                                     system.space.axis[0].degree));
     };
-    if (poor >= 0) refuse(poor);
+    if (system.factors && system.factors->poor) refuse(*system.factors->poor);
     if (system.factor) {
+        // Polynomials of their degree would vanish at all particles, and the gradients of fits could be anything.
+        const int degree = system.space.axis[0].degree, needed = power_of(degree + 1, D);
+        if (s.particles.count < needed)
+            throw NumericalError(
+                fmt::format("step {}, t = {:.6g} s: {}: {} particles are too few for splines of degree {}, which need {} "
+                            "or more in a body; use a finer grid",
+                            s.n, s.t, system.what, s.particles.count, degree, needed));
         clear(work.q, system.space.count());
         integrate_functions(system.space, work.q.data());
     }
@@ -308,41 +338,39 @@ void SplineScheme<D>::fit(State<D>& s, const FitTask& task, Array<Lanes>& x) con
     const std::size_t functions = task.space.count();
     if (!work.is_near) clear(x, functions);
     clear(work.b, functions);
-    with_degree(task.space.axis[0].degree, [&]<int P>() {
-        for_each_cell([&](const Index<D>& cell, int number) {
-            spread_cell<D, P>(
-                task.space, work, task.rows, cell, number, [&](int i) { return work.values[i] * weight(i); }, work.b.data());
-        });
-    });
     const Lanes ghost_weight = task.ghost ? mean_weight(weight) * (kGhostOfFits * cell_volume_) : Lanes(0.0);
     with_degree(task.space.axis[0].degree, [&]<int P>() {
         if (task.has_mass)
-            find_matrix_of_particles<P, 2>(task, weight, ghost_weight);
+            find_system_of_particles<P, 2>(task, weight, ghost_weight);
         else
-            find_matrix_of_particles<P, 1>(task, weight, ghost_weight);
+            find_system_of_particles<P, 1>(task, weight, ghost_weight);
     });
-    for (Array<Lanes>* array : {&work.r, &work.sums}) keep_room(*array, functions);
-    std::fill_n(work.r.data(), functions, Lanes(1.0));
-    work.fitted.multiply(work.r.data(), work.sums.data());
-
-    CutFactor<D>* const factor = task.ghost ? &factor_of(task.solve, work.fitted) : nullptr;
+    find_row_sums(work.fitted, functions);
     Factors factors;
-    int poor = -1;
-    if (!task.ghost) std::tie(factors, poor) = factor_axes(work.fitted, task.space, task.axes_free);
-    const System system{task.solve, task.what, task.space, task.free, ghost_weight, factor, work.fitted, factors};
-    if (!task.ghost || task.is_known) require_enough(s, system, poor);
+    if (!task.ghost) factors = factor_axes(work.fitted, task.space, task.axes_free);
+    const System system{.solve        = task.solve,
+                        .what         = task.what,
+                        .space        = task.space,
+                        .free         = task.free,
+                        .ghost_weight = ghost_weight,
+                        .factor       = task.ghost ? &factor_of(task.solve, work.fitted) : nullptr,
+                        .factors      = task.ghost ? nullptr : &factors,
+                        .matrix       = work.fitted};
+    if (!task.ghost || task.is_known) require_enough(s, system);
     solve(s, system, x.data(), work.b.data());
 }
 
-/// The matrix of a fit, with W weights a particle.
+/// The matrix and right-hand side of a fit, with W weights a particle.
 template <int D>
 template <int P, int W>
-void SplineScheme<D>::find_matrix_of_particles(const FitTask& task, const Weight& weight, const Lanes& ghost_weight) const
+void SplineScheme<D>::find_system_of_particles(const FitTask& task, const Weight& weight, const Lanes& ghost_weight) const
 {
     SplineScratch<D>& work = *scratch_;
     work.fitted.clear(task.space, W, task.ghost ? P + 1 : P);
     for_each_cell([&](const Index<D>& cell, int number) {
         if (work.first[number] == work.first[number + 1]) return;
+        spread_cell<D, P>(
+            task.space, work, task.rows, cell, number, [&](int i) { return work.values[i] * weight(i); }, work.b.data());
         CellPairs<D, P, W> pairs;
         pairs.set_points(
             work.first[number], work.first[number + 1],
@@ -375,15 +403,11 @@ void SplineScheme<D>::find_body(State<D>& s) const
     const ParticleView<D> p        = s.particles.view();
     const std::vector<Cover> rough = cover_by_particles(model(), s.particles, work.order, work.first);
     work.body.v                    = GhostPenalty<D>(v_space_, cells_, rough);
-    const FitTask task{SplineScratch<D>::kSurface,
-                       "the fit of the surface",
-                       v_space_,
-                       work.v_rows,
-                       nullptr,
-                       nullptr,
-                       false,
-                       &work.body.v,
-                       false};
+    const FitTask task{.solve = SplineSolve::surface,
+                       .what  = "the fit of the surface",
+                       .space = v_space_,
+                       .rows  = work.v_rows,
+                       .ghost = &work.body.v};
     set_values(s, [&](std::ptrdiff_t i) {
         Lanes r(0.0);
         for (std::size_t k = 0; k < model().surface.size(); ++k) r[static_cast<int>(k)] = model().surface[k](p.X[i]);
@@ -398,15 +422,15 @@ void SplineScheme<D>::fit_velocity(State<D>& s) const
 {
     SplineScratch<D>& work  = *scratch_;
     const ParticleView<D> p = s.particles.view();
-    const FitTask task{SplineScratch<D>::kVelocity,
-                       "the fit of velocities",
-                       v_space_,
-                       work.v_rows,
-                       &Held::velocity,
-                       &velocity_free_,
-                       true,
-                       is_cut_ ? &work.body.v : nullptr,
-                       true};
+    const FitTask task{.solve     = SplineSolve::velocity,
+                       .what      = "the fit of velocities",
+                       .space     = v_space_,
+                       .rows      = work.v_rows,
+                       .ghost     = is_cut_ ? &work.body.v : nullptr,
+                       .free      = &Held::velocity,
+                       .axes_free = &velocity_free_,
+                       .has_mass  = true,
+                       .is_known  = true};
     set_values(s, [&](std::ptrdiff_t i) {
         Lanes r(0.0);
         for (int a = 0; a < D; ++a) {
@@ -424,25 +448,25 @@ void SplineScheme<D>::fit_stress(State<D>& s) const
 {
     SplineScratch<D>& work  = *scratch_;
     const ParticleView<D> p = s.particles.view();
-    const FitTask task{SplineScratch<D>::kStress,
-                       "the fit of stresses",
-                       s_space_,
-                       work.s_rows,
-                       nullptr,
-                       nullptr,
-                       false,
-                       is_cut_ ? &work.body.s : nullptr,
-                       true};
+    const FitTask task{.solve    = SplineSolve::stress,
+                       .what     = "the fit of stresses",
+                       .space    = s_space_,
+                       .rows     = work.s_rows,
+                       .ghost    = is_cut_ ? &work.body.s : nullptr,
+                       .is_known = true};
     set_values(s, [&](std::ptrdiff_t i) { return stress_lanes(p.sigma[i]); });
     fit(s, task, work.s);
 }
 
-#define ORDO_SPLINE_FIT(D)                                                                \
-    template void SplineScheme<D>::find_body(State<D>&) const;                            \
-    template void SplineScheme<D>::fit_velocity(State<D>&) const;                         \
-    template void SplineScheme<D>::fit_stress(State<D>&) const;                           \
-    template void SplineScheme<D>::solve(State<D>&, const System&, Lanes*, Lanes*) const; \
-    template CutFactor<D>& SplineScheme<D>::factor_of(typename SplineScratch<D>::Solve, const SplineMatrix<D>&) const;
+#define ORDO_SPLINE_FIT(D)                                                                                                 \
+    template void SplineScheme<D>::find_body(State<D>&) const;                                                             \
+    template void SplineScheme<D>::fit_velocity(State<D>&) const;                                                          \
+    template void SplineScheme<D>::fit_stress(State<D>&) const;                                                            \
+    template void SplineScheme<D>::solve(State<D>&, const System&, Lanes*, Lanes*) const;                                  \
+    template void SplineScheme<D>::find_row_sums(SplineMatrix<D>&, std::size_t) const;                                     \
+    template typename SplineScheme<D>::Factors SplineScheme<D>::factor_axes(const SplineMatrix<D>&, const SplineSpace<D>&, \
+                                                                            const std::array<AxisEnds, D>*) const;         \
+    template CutFactor<D>& SplineScheme<D>::factor_of(SplineSolve::Kind, const SplineMatrix<D>&) const;
 ORDO_SPLINE_FIT(1)
 ORDO_SPLINE_FIT(2)
 ORDO_SPLINE_FIT(3)

@@ -129,16 +129,6 @@ std::array<double, D*(P + 1)> SplineScheme<D>::cut_row(const CutPoints& points, 
 }
 
 template <int D>
-template <class Value>
-void SplineScheme<D>::fill_points(const Value& value) const
-{
-    SplineScratch<D>& work     = *scratch_;
-    const std::ptrdiff_t count = gauss_count_ + work.body.points.count();
-    keep_room(work.at_points, count);
-    parallel_for_each(count, [&](std::ptrdiff_t k) { work.at_points[k] = Lanes(value(k)); });
-}
-
-template <int D>
 double SplineScheme<D>::point_weight(const CutPoints& points, std::ptrdiff_t k) const
 {
     return k < gauss_count_ ? gauss_weights_[k % per_cell_] : points.weights[k - gauss_count_];
@@ -190,12 +180,14 @@ void SplineScheme<D>::integrate_at_points(const SplineSpace<D>& space, int slope
     });
 }
 
-/// to += the integrals of the functions over the body; leaves the quadrature weights in work.at_points.
+/// to += the integrals of the functions over the body.
 template <int D>
 void SplineScheme<D>::integrate_functions(const SplineSpace<D>& space, Lanes* to) const
 {
-    SplineScratch<D>& work = *scratch_;
-    fill_points([&](std::ptrdiff_t k) { return point_weight(work.body.points, k); });
+    SplineScratch<D>& work     = *scratch_;
+    const std::ptrdiff_t count = gauss_count_ + work.body.points.count();
+    keep_room(work.at_points, count);
+    parallel_for_each(count, [&](std::ptrdiff_t k) { work.at_points[k] = Lanes(point_weight(work.body.points, k)); });
     integrate_at_points(
         space, -1, [](const Lanes& weight) { return weight; }, to);
 }
@@ -222,19 +214,18 @@ void SplineScheme<D>::project_gradient_of_body(State<D>& s) const
     SplineScratch<D>& work      = *scratch_;
     const std::size_t functions = s_space_.count();
     auto same                   = [](const Lanes& value) { return value; };
-    clear(work.sums, functions);
-    integrate_functions(s_space_, work.sums.data());
-    const double ghost_weight = kGhostOfMasses * cell_volume_;
+    const double ghost_weight   = kGhostOfMasses * cell_volume_;
     find_matrix(s_space_, work.body.s, ghost_weight, work.gradient,
                 [&](std::ptrdiff_t k) { return point_weight(work.body.points, k); });
-    const System system{SplineScratch<D>::kGradient,
-                        "the projection of the velocity gradient",
-                        s_space_,
-                        nullptr,
-                        Lanes(ghost_weight),
-                        &factor_of(SplineScratch<D>::kGradient, work.gradient),
-                        work.gradient,
-                        s_factors_};
+    find_row_sums(work.gradient, functions);
+    const System system{.solve        = SplineSolve::gradient,
+                        .what         = "the projection of the velocity gradient",
+                        .space        = s_space_,
+                        .free         = nullptr,
+                        .ghost_weight = Lanes(ghost_weight),
+                        .factor       = &factor_of(SplineSolve::gradient, work.gradient),
+                        .factors      = nullptr,
+                        .matrix       = work.gradient};
     for (int b = 0; b < D; ++b) {
         if (!work.is_near) clear(work.L[b], functions);
         clear(work.b, functions);
@@ -313,16 +304,15 @@ void SplineScheme<D>::solve_acceleration(State<D>& s) const
     work.forces = of_holders(work.b.data());
 
     Factors factors;
-    if (!is_cut_) factors = factor_axes(work.mass, v_space_, &acceleration_free_).first;
-    CutFactor<D>* const factor = is_cut_ ? &factor_of(SplineScratch<D>::kMass, work.mass) : nullptr;
-    const System system{SplineScratch<D>::kMass,
-                        "the mass matrix of splines",
-                        v_space_,
-                        &Held::acceleration,
-                        Lanes(work.ghost_weight),
-                        factor,
-                        work.mass,
-                        factors};
+    if (!is_cut_) factors = factor_axes(work.mass, v_space_, &acceleration_free_);
+    const System system{.solve        = SplineSolve::mass,
+                        .what         = "the mass matrix of splines",
+                        .space        = v_space_,
+                        .free         = &Held::acceleration,
+                        .ghost_weight = Lanes(work.ghost_weight),
+                        .factor       = is_cut_ ? &factor_of(SplineSolve::mass, work.mass) : nullptr,
+                        .factors      = is_cut_ ? nullptr : &factors,
+                        .matrix       = work.mass};
     solve(s, system, work.a.data(), work.b.data());
 }
 

@@ -56,7 +56,7 @@ class CellPairs {
     /// The sums of one line: of the pair `other` of the other axes with all pairs of the first, [pair][weight].
     const double* of(int other) const { return sums_ + other * line; }
 
-    /// Adds points k in [begin, end); row(k) has the values there of the functions, an array for each axis.
+    /// Sums over points k in [begin, end); row(k) has the values there of the functions, an array for each axis.
     template <class Row, class Weight>
     void set_points(std::ptrdiff_t begin, std::ptrdiff_t end, const Row& row, const Weight& weight)
     {
@@ -75,7 +75,7 @@ class CellPairs {
     void set_grid(int count, const Vec<D, const double*>& values, const double* weights) requires(W == 1)
     {
         constexpr int most = SplineAxis::max_degree + 1;
-        double products[D][most * axis], part[2][power_of(larger(most, axis), D)];
+        double products[D][most * axis], part[2][larger(power_of(axis, D - 1) * most, axis * power_of(most, D - 1))];
         for (int a = 0; a < D; ++a)
             for (int g = 0; g < count; ++g) Pairs::multiply(values[a] + g * Pairs::width, products[a] + g * axis);
         const double* from = weights;  // [pairs of the axes after a][points of a and of the axes before]
@@ -234,18 +234,21 @@ class SplineMatrix {
         pieces_.clear();
         std::ptrdiff_t room = 0;
         for (std::ptrdiff_t row = 0; row < rows_; ++row) {
-            const Interval of{row * counts_[0] + active_[row].begin, row * counts_[0] + active_[row].end};
-            if (of.begin == of.end) continue;
-            if (room <= 0) {
-                pieces_.emplace_back();
-                room = kPiece;
+            Interval of{row * counts_[0] + active_[row].begin, row * counts_[0] + active_[row].end};
+            while (of.begin < of.end) {
+                if (room == 0) {
+                    pieces_.emplace_back();
+                    room = kPiece;
+                }
+                const Interval now{of.begin, std::min(of.end, of.begin + room)};
+                auto& piece = pieces_.back();
+                if (!piece.empty() && piece.back().end == now.begin)
+                    piece.back().end = now.end;
+                else
+                    piece.push_back(now);
+                room -= now.end - now.begin;
+                of.begin = now.end;
             }
-            auto& piece = pieces_.back();
-            if (!piece.empty() && piece.back().end == of.begin)
-                piece.back().end = of.end;
-            else
-                piece.push_back(of);
-            room -= of.end - of.begin;
         }
     }
 

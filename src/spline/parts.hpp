@@ -30,15 +30,14 @@ Vec<D> place_of(const Model<D>& model, Vec<D> y)
 
 template <int D>
 struct SplineScheme<D>::System {
-    typename SplineScratch<D>::Solve solve;
+    SplineSolve::Kind solve;
     const char* what;  ///< for messages
     const SplineSpace<D>& space;
     const Lanes Held::*free;  ///< masks of the walls; null without walls
     Lanes ghost_weight;       ///< factor of the penalty in the matrix
     CutFactor<D>* factor;     ///< the preconditioner, for bodies with free surfaces, else null
+    const Factors* factors;   ///< the preconditioner for others, else null
     SplineMatrix<D>& matrix;  ///< A without walls
-    /// Factors of its sums along each axis, see factor_axes; none with free surfaces.
-    const Factors& factors;
 };
 
 template <int D>

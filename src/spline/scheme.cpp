@@ -175,7 +175,7 @@ void SplineScheme<D>::set_axis(int a)
             for (int j = 0; j <= P; ++j) at_vertices_[a].add(k, v.wrapped(span + j), w[j]);
         }
     });
-    s_factors_[a] = unit_mass(s, kFreeEnds);
+    s_factors_[a] = unit_mass(s);
 }
 
 /// Divides the cells into blocks and colours; blocks of one colour share no function.
@@ -478,6 +478,7 @@ void SplineScheme<D>::take_step(State<D>& s, double dt) const
     const double t          = s.t;
     double unresolved       = 0.0;  // kinetic energy of the particles that is not in v_h, J
     work.iterations         = {};
+    work.solves             = 0;
     remember(s);
     for (int k = 0; k < scheme.stages; ++k) {
         this->evaluate_external_forces(s, t + scheme.at[k] * dt);
@@ -517,7 +518,7 @@ void SplineScheme<D>::take_step(State<D>& s, double dt) const
     if (s.fault.fault == Fault::none) s.drift += s.move;
     if (times()) {
         for (const long n : work.iterations) times()->mass_iterations += n;
-        times()->mass_solves += static_cast<long>(is_cut_ ? work.iterations.size() + D - 1 : 3) * scheme.stages;
+        times()->mass_solves += work.solves;
     }
     this->advance_time(s, dt);
     s.t_v = s.t_F = s.t;

@@ -12,7 +12,7 @@
 
 #include <array>
 #include <memory>
-#include <utility>
+#include <optional>
 #include <vector>
 
 namespace ordo {
@@ -72,7 +72,11 @@ class SplineScheme final : public Scheme<D> {
     /// A symmetric positive definite system over the functions of a space, with eight right-hand sides.
     struct System;
     struct Conjugate;
-    using Factors = std::array<Banded<Lanes>, D>;
+    /// A tensor product over the axes, factored.
+    struct Factors {
+        std::array<Banded<Lanes>, D> of;
+        std::optional<std::size_t> poor{};  ///< a function that has too few points, if there is one
+    };
 
     /// Fits velocity and density only. Sets velocity and mass at the cell vertices, in the node records, and reports mass and
     /// momentum of grid and particles.
@@ -102,9 +106,6 @@ class SplineScheme final : public Scheme<D> {
     template <class Value>
     void integrate_at_points(const SplineSpace<D>& space, int slope_axis, const Value& value, Lanes* to) const;
     void integrate_functions(const SplineSpace<D>& space, Lanes* to) const;
-    /// work.at_points[k] = value(k).
-    template <class Value>
-    void fill_points(const Value& value) const;
     double point_weight(const CutPoints& points, std::ptrdiff_t k) const;
     template <int P>
     std::array<double, D*(P + 1)> cut_row(const CutPoints& points, std::ptrdiff_t k, const SplineSpace<D>& space,
@@ -127,29 +128,29 @@ class SplineScheme final : public Scheme<D> {
     void find_mass(State<D>& s) const;
     /// The differences between the fits.
     struct FitTask {
-        typename SplineScratch<D>::Solve solve;
+        SplineSolve::Kind solve;
         const char* what;  ///< for messages
         const SplineSpace<D>& space;
         const SampleRows& rows;
-        const Lanes Held::*free;                   ///< null without walls
-        const std::array<AxisEnds, D>* axes_free;  ///< the same for each axis
-        bool has_mass;                             ///< see Weight
-        const GhostPenalty<D>* ghost;              ///< for bodies with free surfaces, else null
-        bool is_known;                             ///< the shape of the body is known
+        const GhostPenalty<D>* ghost;                        ///< for bodies with free surfaces, else null
+        const Lanes Held::*free                  = nullptr;  ///< null without walls
+        const std::array<AxisEnds, D>* axes_free = nullptr;  ///< the same for each axis
+        bool has_mass                            = false;    ///< see Weight
+        bool is_known                            = false;    ///< the shape of the body is known
     };
     /// work.values[i] = value(i) for all particles.
     template <class Value>
     void set_values(const State<D>& s, const Value& value) const;
     void fit(State<D>& s, const FitTask& task, Array<Lanes>& x) const;
     template <int P, int W>
-    void find_matrix_of_particles(const FitTask& task, const Weight& weight, const Lanes& ghost_weight) const;
+    void find_system_of_particles(const FitTask& task, const Weight& weight, const Lanes& ghost_weight) const;
     void solve(State<D>& s, const System& system, Lanes* x, Lanes* b) const;
-    std::pair<Factors, int> factor_axes(const SplineMatrix<D>& matrix, const SplineSpace<D>& space,
-                                        const std::array<AxisEnds, D>* free) const;
+    void find_row_sums(SplineMatrix<D>& matrix, std::size_t n) const;
+    Factors factor_axes(const SplineMatrix<D>& matrix, const SplineSpace<D>& space, const std::array<AxisEnds, D>* free) const;
     void precondition(const System& system) const;
     void hold(const System& system, Lanes* records) const;
-    CutFactor<D>& factor_of(typename SplineScratch<D>::Solve solve, const SplineMatrix<D>& matrix) const;
-    void require_enough(State<D>& s, const System& system, int poor) const;
+    CutFactor<D>& factor_of(SplineSolve::Kind solve, const SplineMatrix<D>& matrix) const;
+    void require_enough(State<D>& s, const System& system) const;
     void hold_walls();
     void find_holders();
     std::vector<double> of_holders(const Lanes* records) const;
@@ -184,7 +185,7 @@ class SplineScheme final : public Scheme<D> {
     /// For each axis and end: 1 in the lanes of a record that the wall leaves free.
     std::array<AxisEnds, D> velocity_free_, acceleration_free_;
 
-    Factors s_factors_;                                    ///< of int N^S_i N^S_j, for each axis, cells of length 1
+    std::array<Banded<Lanes>, D> s_factors_;               ///< of int N^S_i N^S_j, for each axis, cells of length 1
     std::array<AxisMatrix, D> values_, slopes_;            ///< int N^S N and int N^S dN/dx, cells of length 1, slopes per m
     std::array<AxisMatrix, D> values_back_, slopes_back_;  ///< their transposes
     std::array<AxisMatrix, D> at_vertices_;                ///< values of the velocity's functions at the cell vertices

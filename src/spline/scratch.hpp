@@ -37,6 +37,12 @@ struct SampleRows {
     Array<double> weights;
 };
 
+/// Kinds of systems.
+struct SplineSolve {
+    enum Kind { velocity, stress, mass, gradient, surface, count };
+};
+using SplineIterations = std::array<long, SplineSolve::count>;  ///< of conjugate gradients, per kind
+
 /// All of it is computed from the particles; none of it is state.
 template <int D>
 struct SplineScratch {
@@ -52,10 +58,10 @@ struct SplineScratch {
     /// then at the points of cut cells.
     Array<double> density;
     Array<Lanes> at_points;
-    bool is_near = false;  ///< `v` and `s` are good first guesses for the next fit: stages after the first
-    enum Solve { kVelocity, kStress, kMass, kGradient, kSurface };
-    std::array<long, 5> iterations{};                    ///< of conjugate gradients in the last step, per kind of system
-    std::array<std::optional<CutFactor<D>>, 5> factors;  ///< preconditioners for bodies with free surfaces
+    bool is_near = false;           ///< `v` and `s` are good first guesses for the next fit: stages after the first
+    SplineIterations iterations{};  ///< of conjugate gradients in the last step
+    long solves = 0;                ///< systems solved in it
+    std::array<std::optional<CutFactor<D>>, SplineSolve::count> factors;  ///< preconditioners for bodies with free surfaces
 
     SplineMatrix<D> fitted;               ///< of the last fit
     SplineMatrix<D> mass;                 ///< M

@@ -55,6 +55,11 @@ class Threads(InTemporaryDirectory):
     def test_splines_of_a_free_strip(self):
         self.assert_same_for_any_threads(self.write("case.toml", PERIODIC), "--set", "method.preset=spline3", "--set", "grid.spacing=0.125")
 
+    def test_splines_of_a_free_disk(self):
+        """Its functions are more than a piece of a sum, and some lines of the grid have none."""
+        fine = ["grid.spacing=0.0125", "body.0.radius=0.35", "body.0.velocity=['0.3*x*y', '0.2*x']", "time.dt=0.0001", "time.end=0.0002"]
+        self.assert_same_for_any_threads(self.write("case.toml", CASE), "--set", "method.preset=spline3", *(word for one in fine for word in ("--set", one)))
+
     def test_splines_of_a_free_ring(self):
         """A quarter of it between symmetry planes; its energy stays."""
         ring = edit(

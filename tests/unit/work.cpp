@@ -141,9 +141,9 @@ TEST(Work, OfSplines)
     const SplineScheme<3> method(test::walled_box<3>(5, spec_of("spline4")));
     State<3> s = method.start(plant_all(method.model(), test::block(method.model(), 0.0, 1.0, 2)));
     method.step(s, 1e-6);
-    std::array<long, 5> iterations = method.scratch().iterations;
-    const StepWork work            = count_work(method, s, 0, 0);
-    ++iterations[SplineScratch<3>::kVelocity];
+    SplineIterations iterations = method.scratch().iterations;
+    const StepWork work         = count_work(method, s, 0, 0);
+    ++iterations[SplineSolve::velocity];
     const StepWork more    = count_spline_work(method.model(), s, iterations);
     const double functions = 8 * 8 * 8;
     EXPECT_DOUBLE_EQ(more.stages[StageTimes::fit].flops - work.stages[StageTimes::fit].flops,
