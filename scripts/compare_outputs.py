@@ -48,7 +48,7 @@ CASES = {
     "two-balls": ["grid.spacing=0.1", "time.dt=0.015", "time.end=0.6", "output.interval=0.3"],
     "ball-on-wall": ["grid.spacing=0.1", "time.end=0.2", "output.interval=0.1"],
 }
-# Cases, and presets with which they are not run: splines would take ten minutes for this ball.
+# Cases, and presets with which they are not run: splines would take minutes for this ball.
 TOO_LONG = {"ball-on-wall": ("spline3", "spline4", "spline5")}
 # Preset, settings: choices of the method that no preset has, on two-disks.
 CHOICES = [
