@@ -293,6 +293,8 @@ FAULTS = [
           "const int least           = by < 0 ? @column@ : B + r;", "B + r", "unit:SplineMatrix.IsTheSumOverPoints"),
     fault("cholesky-keeps-pivots", "pivots of the incomplete factor are those of the matrix", "solve/incomplete_cholesky.hpp",
           "pivot -= @row[k] * row[k]@;", "0.0", "unit:IncompleteCholesky.SolvesBands"),
+    fault("solved-lanes-go-on", "lanes that are solved go on with the others", "spline/fit.cpp",
+          "const Lanes step = @alpha * goes_on@;", "alpha", "pass:FreeSurface.SmallBallsAreFittedOrRefused"),
     fault("axis-sums-once", "sums along the axes count entries beside the diagonal once", "spline/matrix.hpp",
           "times[a]    = @distance[a] > 0@ ? 2.0 : 1.0;", "false", "unit:SplineMatrix.IsTheSumOverPoints"),
     fault("grid-without-last-point", "the last of the Gauss points of a cell along x is left out", "spline/matrix.hpp",

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -57,19 +58,41 @@ inline Array<int> sort_keys(Array<std::uint64_t>& keys, std::uint64_t key_end)
     return order;
 }
 
-/// Permutes every field: new[k] = old[order[k]]. Fields of one type reuse each other's memory, because new pages cost more
-/// than the copy.
+/// Permutes every field: new[k] = old[order[k]]. Fields of one narrow type reuse each other's memory, because new pages cost more than
+/// the copy. Wide ones go through that of a vector, piece by piece, so that a sort needs little more memory than the particles.
 template <int D>
 void permute(Particles<D>& particles, const Array<int>& order)
 {
-    std::tuple<Array<Vec<D>>, Array<Mat<D>>, Array<Stress<D>>, Array<double>, Array<std::int32_t>, Array<CornerIds<D>>,
-               Array<Modes<D>>, Array<Turns<D>>>
-        spare;
-    particles.for_each_field([&](auto& field) {
-        auto& moved = std::get<std::remove_reference_t<decltype(field)>>(spare);
-        if (moved.empty()) moved = std::remove_reference_t<decltype(moved)>(field.size());
+    std::tuple<Array<Vec<D>>, Array<double>, Array<std::int32_t>, Array<Turns<D>>> spare;
+    auto spare_of = [&]<class T>() -> Array<T>& {
+        Array<T>& r = std::get<Array<T>>(spare);
+        if (r.empty()) r = Array<T>(order.size());
+        return r;
+    };
+    auto swap_all = [&]<class T>(Array<T>& field) {
+        Array<T>& moved = spare_of.template operator()<T>();
         parallel_for_each(particles.count, [&](std::ptrdiff_t k) { moved[k] = field[order[k]]; });
         std::swap(field, moved);
+    };
+    // The bytes of all elements from `offset` up to `offset` + size.
+    auto move_piece = [&]<std::size_t size, class T>(Array<T>& field, std::size_t offset) {
+        auto* const bytes = reinterpret_cast<unsigned char*>(field.data()) + offset;
+        auto* const moved = reinterpret_cast<unsigned char*>(spare_of.template operator()<Vec<D>>().data());
+        parallel_for_each(particles.count, [&](std::ptrdiff_t k) {
+            std::memcpy(moved + k * size, bytes + static_cast<std::ptrdiff_t>(order[k]) * sizeof(T), size);
+        });
+        parallel_for_each(particles.count, [&](std::ptrdiff_t k) { std::memcpy(bytes + k * sizeof(T), moved + k * size, size); });
+    };
+    particles.for_each_field([&]<class T>(Array<T>& field) {
+        if constexpr (std::is_same_v<T, Vec<D>> || std::is_same_v<T, double> || std::is_same_v<T, std::int32_t> ||
+                      std::is_same_v<T, Turns<D>>) {
+            swap_all(field);
+        } else {
+            constexpr std::size_t piece = sizeof(Vec<D>), rest = sizeof(T) % piece;
+            for (std::size_t offset = 0; offset + piece <= sizeof(T); offset += piece)
+                move_piece.template operator()<piece>(field, offset);
+            if constexpr (rest > 0) move_piece.template operator()<rest>(field, sizeof(T) - rest);
+        }
     });
 }
 

@@ -36,6 +36,46 @@ TEST(Sort, OrderIsStableAndSorted)
     set_thread_count(before);
 }
 
+/// Every byte of every field follows its particle.
+template <int D>
+void check_permutation()
+{
+    FieldGroups all;
+    all.box = all.corners = all.cells = all.traction = all.body_force = all.averaged = all.shock = all.gradient = all.modes =
+        true;
+    all.corner_samples = all.periodic = true;
+    all.history                       = {"first", "second"};
+    const int count                   = 5000;
+    Particles<D> p(count, all);
+    test::Random random(2);
+    std::vector<std::vector<unsigned char>> before;
+    p.for_each_field([&](auto& field) {
+        auto* const bytes      = reinterpret_cast<unsigned char*>(field.data());
+        const std::size_t size = sizeof(field[0]) * count;
+        for (std::size_t k = 0; k < size; ++k) bytes[k] = static_cast<unsigned char>(random());
+        before.emplace_back(bytes, bytes + size);
+    });
+    Array<int> order(count);
+    std::iota(order.begin(), order.end(), 0);
+    std::shuffle(order.begin(), order.end(), random);
+    permute(p, order);
+    std::size_t n = 0;
+    p.for_each_field([&](auto& field) {
+        const std::size_t size = sizeof(field[0]);
+        for (int k = 0; k < count; ++k)
+            ASSERT_EQ(std::memcmp(&field[k], before[n].data() + order[k] * size, size), 0) << "field " << n;
+        ++n;
+    });
+    EXPECT_EQ(n, before.size());
+    EXPECT_GT(n, 25u);
+}
+TEST(Sort, FieldsFollowTheirParticles)
+{
+    check_permutation<1>();
+    check_permutation<2>();
+    check_permutation<3>();
+}
+
 TEST(Tiles, WidthKeepsTilesOfOneColourApart)
 {
     for (const std::ptrdiff_t particles : {std::ptrdiff_t{0}, std::ptrdiff_t{1} << 40})
