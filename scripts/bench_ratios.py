@@ -46,7 +46,7 @@ TIMES = [
     (2, "cpls-limited", "cpls", 1.1),
 ]
 RATES_2D = [("mpm", 1.5), ("cpdi1", 2)]  # over those in 3D
-RESIDENT = [("mpm", 400), ("bsmpm", 400), ("cpdi1", 520), ("cpdi2", 520)]  # bytes a particle, 3D
+RESIDENT = [("mpm", 300), ("bsmpm", 400), ("cpdi1", 520), ("cpdi2", 520)]  # bytes a particle, 3D
 
 
 def label(method):

@@ -65,10 +65,10 @@ Scheme<D>::Scheme(Model<D> model) : model_(std::move(model)), has_body_force_(fi
 template <int D>
 State<D> Scheme<D>::start(Particles<D> particles) const
 {
-    for (int i = 0; i < particles.count; ++i) {
+    parallel_for_each(particles.count, [&](std::ptrdiff_t i) {
         particles.X[i] = particles.x[i];
         particles.F[i] = Mat<D>::identity();
-    }
+    });
     State<D> s = start_deformed(std::move(particles));
     if (has_cells(model_.method))  // with mean weights x is not at the centroid
         for (int i = 0; i < s.particles.count; ++i) s.particles.X[i] += displacement(model_, s.particles, i);
@@ -89,10 +89,10 @@ State<D> Scheme<D>::start_deformed(Particles<D> particles) const
     const ParticleView<D> p = s.particles.view();
     s.lattice               = Lattice<D>(model_.origin, model_.h, model_.cells, model_.periodic, 0, grid_basis(model_.method));
     start_stresses(model_.materials, s.particles);
-    for (int i = 0; i < p.count; ++i) {
+    parallel_for_each(p.count, [&](std::ptrdiff_t i) {
         p.V[i] = det(p.F[i]) * p.V0[i];
         if (p.J) p.J[i] = det(p.F[i]);
-    }
+    });
     start_domains(s);
     sort_particles(model_, s);
     return s;

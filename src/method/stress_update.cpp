@@ -62,7 +62,7 @@ void StressUpdate<D>::update(const Sweep<D>& s, int begin, int end, TileReport& 
 template <int D>
 void start_stresses(const std::vector<Material>& materials, Particles<D>& p)
 {
-    for (int i = 0; i < p.count; ++i) {
+    parallel_for_each(p.count, [&](std::ptrdiff_t i) {
         const Material& m = materials[p.material[i]];
         double history[Material::most_history];
         start_history(m, p.F[i], history);
@@ -70,7 +70,7 @@ void start_stresses(const std::vector<Material>& materials, Particles<D>& p)
         if (!is_given) p.sigma[i] = initial_stress(m, p.F[i]);
         int k = 0;
         for (const HistoryColumn& c : history_of(m, D)) p.history[p.history_column(c.name)][i] = history[k++];
-    }
+    });
 }
 
 #define ORDO_STRESS_UPDATE(D)       \

@@ -119,8 +119,11 @@ struct Particles {
 #undef ORDO_FIELD
         history_names = groups.history;
         for (std::size_t k = 0; k < history_names.size(); ++k) history.emplace_back(n);
-        // First touch decides which processor a page belongs to: all threads touch here, else only the one that plants would.
+        // First touch decides which processor a page belongs to: all threads touch here, else only the one that plants would. F and sigma,
+        // half of the memory, are touched at the start of a run, when the seeds have gone.
         for_each_field([&](auto& field) {
+            const void* const data = field.data();
+            if (data == F.data() || data == sigma.data()) return;
             parallel_pieces(n, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
                 std::memset(static_cast<void*>(field.data() + begin), 0, sizeof(field[0]) * (end - begin));
             });
