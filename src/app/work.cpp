@@ -43,14 +43,16 @@ double ldl_solve_flops(int n) { return n + 2.0 * n * (n - 1); }
 
 // ---- cost of a particle's stencil ---------------------------------------------------------------------------------------
 
-/// Operations on registers of eight lanes in the four sums of a shape, and the node records visited.
+/// Operations on eight lanes in the sums of a shape, and the node records visited. Forces, fluxes and gradients have four lanes, which
+/// count half. `spread_force` is `spread` of forces alone.
 struct Sums {
-    double spread = 0, spread_value = 0, collect = 0, collect_value = 0, visits = 0;
+    double spread = 0, spread_value = 0, spread_force = 0, collect = 0, collect_value = 0, visits = 0;
 
     Sums& operator+=(const Sums& o)
     {
         spread += o.spread;
         spread_value += o.spread_value;
+        spread_force += o.spread_force;
         collect += o.collect;
         collect_value += o.collect_value;
         visits += o.visits;
@@ -58,7 +60,7 @@ struct Sums {
     }
     friend Sums operator*(Sums s, double n)
     {
-        return {s.spread * n, s.spread_value * n, s.collect * n, s.collect_value * n, s.visits * n};
+        return {s.spread * n, s.spread_value * n, s.spread_force * n, s.collect * n, s.collect_value * n, s.visits * n};
     }
 };
 
@@ -70,9 +72,10 @@ Sums sums_of_tensor(const Index<D>& n)
     r.visits = 1;
     for (int a = D - 1; a >= 0; --a) {
         r.visits *= n[a];
-        r.spread += r.visits * (a > 0 ? 3 + a : 4);    // value w + flux dw; flux w of the other axes, or the node
-        r.spread_value += r.visits * (a > 0 ? 1 : 2);  // value w; the node
-        r.collect += r.visits * (4 + 2 * a);           // value, gradient along a and along the axes before a
+        r.spread += r.visits * (a > 0 ? 2 + 0.5 * a : 3);  // value w + flux dw; flux w of the other axes, or the node
+        r.spread_value += r.visits * (a > 0 ? 1 : 2);      // value w; the node
+        r.spread_force += r.visits * (a > 0 ? 1.5 + 0.5 * a : 2);
+        r.collect += r.visits * (3 + a);  // value, gradient along a and along the axes before a
         r.collect_value += r.visits * 2;
     }
     return r;
@@ -85,19 +88,31 @@ Sums sums_of_corners(int on_grid, int own, int width)
 {
     const Sums one       = sums_of_tensor<D>(Index<D>::filled(width));
     const double corners = on_grid + own;
-    return {corners * (1 + 2 * D) + on_grid * one.spread_value + own, corners + on_grid * one.spread_value + own,
-            corners * (2 + 2 * D) + on_grid * one.collect_value, corners * 2 + on_grid * one.collect_value,
-            on_grid * one.visits + own};
+    Sums r{};
+    r.spread_value  = corners + on_grid * one.spread_value + own;
+    r.spread        = r.spread_value + corners * D;
+    r.spread_force  = 0.5 * r.spread_value + corners * D;
+    r.collect_value = corners * 2 + on_grid * one.collect_value;
+    r.collect       = r.collect_value + corners * D;
+    r.visits        = on_grid * one.visits + own;
+    return r;
 }
 
-/// The corners of a parallelepiped share one weight and one set of dual vectors, so their charges differ only in signs.
+/// The corners of a parallelepiped share one weight and one set of dual vectors, so their charges are made of one another by sums and
+/// differences.
 template <int D>
 Sums sums_of_parallelepiped(int width)
 {
-    constexpr double corners = 1 << D, duals = 2 * D * D;
+    constexpr double corners = 1 << D, duals = D * D;
     const Sums one = sums_of_tensor<D>(Index<D>::filled(width));
-    return {1 + duals + corners * (2 * D + one.spread_value), 1 + corners * one.spread_value,
-            2 + duals + corners * (1 + 2 * D + one.collect_value), 2 + corners * one.collect_value, corners * one.visits};
+    Sums r{};
+    r.spread_value  = 1 + corners * one.spread_value;
+    r.spread        = r.spread_value + duals + (corners - 1);
+    r.spread_force  = r.spread - 0.5 * r.spread_value;
+    r.collect_value = 2 + corners * one.collect_value;
+    r.collect       = r.collect_value + duals + corners + 1.5 * (corners - 1) - 0.5 * D;
+    r.visits        = corners * one.visits;
+    return r;
 }
 
 /// Hats with the smoothed part of the gradient, which adds two nodes for each node and axis (shape/dual_domain.hpp).
@@ -105,8 +120,9 @@ template <int D>
 Sums sums_of_dual_domain()
 {
     Sums r = sums_of_tensor<D>(Index<D>::filled(2));
-    r.spread += 4.0 * D * (1 << D);
-    r.collect += 3.0 * D * (1 << D);
+    r.spread += 2.0 * D * (1 << D);
+    r.spread_force += 2.0 * D * (1 << D);
+    r.collect += 1.5 * D * (1 << D);
     return r;
 }
 
@@ -309,10 +325,10 @@ class Counter {
         const ParticleView<D> q = s_.points.view();
         const double points     = q.count;
         const Sums one          = sums_of_point<D>(method_);
+        const double sums       = !has_force ? one.spread_value : has_mass ? one.spread : one.spread_force;
         const double fields =
             size_of(q.x) + size_of(q.V) + (has_mass ? size_of(q.m) + size_of(q.v) : 0) + (has_force ? size_of(q.sigma) : 0);
-        add(Stage::scatter,
-            points * (kLanes * (has_force ? one.spread : one.spread_value) + (has_mass ? D : 0) + (has_force ? D * D : 0)),
+        add(Stage::scatter, points * (kLanes * sums + (has_mass ? D : 0) + (has_force ? D * D : 0)),
             points * fields + 2 * kRecord * massive_);
     }
 
@@ -363,7 +379,7 @@ class Counter {
     {
         const bool is_cell = method_.quadrature == Quadrature::cell;
         if (!is_cell && !has_gauss_forces(method_)) {
-            scatter(kLanes * sums_.spread + n_ * (D * D + body_force_flops()),
+            scatter(kLanes * sums_.spread_force + n_ * (D * D + body_force_flops()),
                     size_of(p_.V) + size_of(p_.sigma) + (p_.b ? size_of(p_.b) + size_of(p_.m) : 0));
             return;
         }

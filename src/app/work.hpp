@@ -33,7 +33,7 @@ struct StepWork {
 /// `mass_solves` times, in `mass_iterations` iterations in total.
 ///
 /// **Flops** are counted for records: an addition, multiplication or division of one of eight lanes is one, idle lanes
-/// included; and for small tensors of particles and nodes, with the neo-Hookean material and a logarithm as one. Weights, their
+/// included, and of forces, fluxes and gradients one of four; and for small tensors of particles and nodes, with the neo-Hookean material and a logarithm as one. Weights, their
 /// gradients and addresses are not counted, only the sums of the method.
 ///
 /// **Bytes** are counted as if each pass read and wrote every particle field, and every node or cell record that it touches,

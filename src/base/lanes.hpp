@@ -121,6 +121,16 @@ ORDO_FLAT inline Lanes in_register(Lanes a)
     return a;
 }
 
+/// The same for a place in memory: places at fixed distances from it need no arithmetic of their own then.
+template <class T>
+ORDO_FLAT inline T* in_register(T* place)
+{
+#if !defined(__CUDACC__)
+    asm("" : "+r"(place));
+#endif
+    return place;
+}
+
 /// Lane by lane the larger and the smaller of two numbers; that of `a` where b is not a number.
 ORDO_FLAT inline Lanes larger(const Lanes& a, const Lanes& b)
 {
@@ -318,6 +328,53 @@ ORDO_FLAT inline Lanes join(const Quad& a, const Quad& b)
     return {a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]};
 #endif
 }
+
+/// Eight lanes of which four may differ from zero, the first or the last: half the work where eight lanes take two registers.
+#if !defined(__CUDACC__) && !defined(__AVX512F__)
+template <bool is_upper>
+struct HalfLanes {
+    Lanes::Half v{};
+
+    ORDO_FLAT static HalfLanes of(double a, double b, double c, double d) { return {Lanes::Half{a, b, c, d}}; }
+    ORDO_FLAT HalfLanes& operator+=(const HalfLanes& o)
+    {
+        v += o.v;
+        return *this;
+    }
+    friend ORDO_FLAT HalfLanes operator+(HalfLanes a, const HalfLanes& b) { return {a.v + b.v}; }
+    friend ORDO_FLAT HalfLanes operator-(HalfLanes a, const HalfLanes& b) { return {a.v - b.v}; }
+    friend ORDO_FLAT HalfLanes operator*(HalfLanes a, double s) { return {a.v * s}; }
+    friend ORDO_FLAT Lanes operator+(Lanes a, const HalfLanes& b)
+    {
+        (is_upper ? a.hi : a.lo) += b.v;
+        return a;
+    }
+    friend ORDO_FLAT Lanes operator-(Lanes a, const HalfLanes& b)
+    {
+        (is_upper ? a.hi : a.lo) -= b.v;
+        return a;
+    }
+};
+template <bool is_upper>
+ORDO_FLAT inline Lanes& operator+=(Lanes& a, const HalfLanes<is_upper>& b)
+{
+    return a = a + b;
+}
+#else
+template <bool is_upper>
+struct HalfLanes : Lanes {
+    ORDO_FLAT HalfLanes(const Lanes& a = Lanes(0.0)) : Lanes(a) {}
+    ORDO_FLAT static HalfLanes of(double a, double b, double c, double d)
+    {
+        return is_upper ? make_lanes(0, 0, 0, 0, a, b, c, d) : make_lanes(a, b, c, d, 0, 0, 0, 0);
+    }
+};
+#endif
+using LowerLanes = HalfLanes<false>;
+using UpperLanes = HalfLanes<true>;
+
+/// Lane k of lanes in memory, where k is known only at run time.
+ORDO_FLAT inline double lane_at(const Lanes& a, int k) { return reinterpret_cast<const double*>(&a)[k]; }
 
 /// Each lane rounded towards zero, as int; lanes must fit.
 ORDO_FLAT inline void to_int(const Lanes& a, int* to)

@@ -12,13 +12,15 @@ namespace ordo {
 template <int D>
 struct AffineMomentum {
     static constexpr bool has_flux = true;
-    ORDO_FLAT static void add(const ParticleView<D>& p, int i, Lanes& value, Lanes (&flux)[D])
+    using Value                    = Lanes;
+    using Flux                     = LowerLanes;
+    ORDO_FLAT static void add(const ParticleView<D>& p, int i, Value& value, Flux (&flux)[D])
     {
         value += mass_momentum(p.m[i], p.v[i], p.V[i]);
         for (int d = 0; d < D; ++d) {
             double mL[3] = {};
             for (int a = 0; a < D; ++a) mL[a] = p.m[i] * p.L[i](a, d);
-            flux[d] += make_lanes(mL[0], mL[1], mL[2], 0, 0, 0, 0, 0);
+            flux[d] += LowerLanes::of(mL[0], mL[1], mL[2], 0);
         }
     }
 };

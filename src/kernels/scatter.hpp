@@ -5,6 +5,8 @@
 #include "kernels/sweep.hpp"
 #include "shape/shape.hpp"
 
+#include <type_traits>
+
 namespace ordo {
 
 /// What a mass m with velocity v leaves at a node of weight 1.
@@ -15,39 +17,24 @@ ORDO_FLAT inline Lanes mass_momentum(double m, const Vec<D>& v, double V)
     for (int a = 0; a < D; ++a) mv[a] = m * v[a];
     return make_lanes(mv[0], mv[1], mv[2], m, 0, 0, 0, V);
 }
+/// What a force f leaves.
+template <int D>
+ORDO_FLAT inline UpperLanes force(const Vec<D>& f)
+{
+    double r[3] = {};
+    for (int a = 0; a < D; ++a) r[a] = f[a];
+    return UpperLanes::of(r[0], r[1], r[2], 0);
+}
 
 /// m_i, (m v)_i and the volume that particles fill.
 template <int D>
 struct MassMomentum {
     static constexpr bool has_flux = false;
-    ORDO_FLAT static void add(const ParticleView<D>& p, int i, Lanes& value, Lanes (&)[D])
+    using Value                    = Lanes;
+    using Flux                     = UpperLanes;
+    ORDO_FLAT static void add(const ParticleView<D>& p, int i, Value& value, Flux (&)[D])
     {
         value += mass_momentum(p.m[i], p.v[i], p.V[i]);
-    }
-};
-
-/// f_i = -sum_p V_p sigma_p grad phi_ip.
-template <int D>
-struct InternalForce {
-    ORDO_FLAT static void add(const ParticleView<D>& p, int i, Lanes (&flux)[D])
-    {
-        for (int d = 0; d < D; ++d) {
-            double f[3] = {};
-            for (int a = 0; a < D; ++a) f[a] = -p.V[i] * p.sigma[i](a, d);
-            flux[d] += make_lanes(0, 0, 0, 0, f[0], f[1], f[2], 0);
-        }
-    }
-};
-
-/// f_i = sum_p phi_ip m_p b_p.
-template <int D>
-struct BodyForce {
-    ORDO_FLAT static void add(const ParticleView<D>& p, int i, Lanes& value)
-    {
-        if (!p.b) return;
-        double f[3] = {};
-        for (int a = 0; a < D; ++a) f[a] = p.m[i] * p.b[i][a];
-        value += make_lanes(0, 0, 0, 0, f[0], f[1], f[2], 0);
     }
 };
 
@@ -56,29 +43,32 @@ struct BodyForce {
 template <int D>
 struct SurfaceForce {
     static constexpr bool has_flux = true;
-    ORDO_FLAT static void add(const ParticleView<D>& p, int i, Lanes& value, Lanes (&flux)[D])
+    using Value                    = UpperLanes;
+    using Flux                     = UpperLanes;
+    ORDO_FLAT static void add(const ParticleView<D>& p, int i, auto& value, Flux (&flux)[D])
     {
-        if (p.traction) {
-            double f[3] = {};
-            for (int a = 0; a < D; ++a) f[a] = p.traction[i][a];
-            value += make_lanes(0, 0, 0, 0, f[0], f[1], f[2], 0);
-            for (int d = 0; d < D; ++d) {
-                for (int a = 0; a < D; ++a) f[a] = p.traction_moment[i](a, d);
-                flux[d] += make_lanes(0, 0, 0, 0, f[0], f[1], f[2], 0);
-            }
-        }
+        if (!p.traction) return;
+        value += force(p.traction[i]);
+        for (int d = 0; d < D; ++d) flux[d] += force(column(p.traction_moment[i], d));
     }
 };
 
-/// All forces, and with has_mass m_i and (m v)_i in the same sweep.
+/// All forces, and with has_mass m_i and (m v)_i in the same sweep: f_i = sum_p phi_ip m_p b_p - sum_p V_p sigma_p grad phi_ip, and
+/// those of surfaces.
 template <int D, bool has_mass>
 struct Forces {
     static constexpr bool has_flux = true;
-    ORDO_FLAT static void add(const ParticleView<D>& p, int i, Lanes& value, Lanes (&flux)[D])
+    using Value                    = std::conditional_t<has_mass, Lanes, UpperLanes>;
+    using Flux                     = UpperLanes;
+    ORDO_FLAT static void add(const ParticleView<D>& p, int i, Value& value, Flux (&flux)[D])
     {
         if constexpr (has_mass) value += mass_momentum(p.m[i], p.v[i], p.V[i]);
-        InternalForce<D>::add(p, i, flux);
-        BodyForce<D>::add(p, i, value);
+        for (int d = 0; d < D; ++d) {
+            Vec<D> f{};
+            for (int a = 0; a < D; ++a) f[a] = -p.V[i] * p.sigma[i](a, d);
+            flux[d] += force(f);
+        }
+        if (p.b) value += force(p.m[i] * p.b[i]);
         SurfaceForce<D>::add(p, i, value, flux);
     }
 };
@@ -91,7 +81,8 @@ void scatter(const Sweep<S::dim>& sweep, int begin, int end)
     for (int first = begin; first < end; first += Batch::size) {
         const Batch b = Batch::of(first, end);
         for_each_stencil<S>(s.lattice, s.p, b, [&](int k, const auto& stencil) {
-            Lanes value{}, flux[S::dim] = {};
+            typename Deposit::Value value{};
+            typename Deposit::Flux flux[S::dim] = {};
             Deposit::add(s.p, b.first + k, value, flux);
             if constexpr (Deposit::has_flux)
                 spread(stencil, s.lattice, s.nodes, value, flux);

@@ -92,12 +92,14 @@ struct Box {
     {
         with_stencil(g, p, i, [&](const auto& s) { ordo::for_each_node(s, g, visit); });
     }
-    ORDO_FLAT static void spread(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value,
-                                 const Lanes (&flux)[D])
+    template <class Value, class Flux>
+    ORDO_FLAT static void spread(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Value& value,
+                                 const Flux (&flux)[D])
     {
         with_stencil(g, p, i, [&](const auto& s) { ordo::spread(s, g, nodes, value, flux); });
     }
-    ORDO_FLAT static void spread_value(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value)
+    template <class Value>
+    ORDO_FLAT static void spread_value(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Value& value)
     {
         with_stencil(g, p, i, [&](const auto& s) { ordo::spread_value(s, g, nodes, value); });
     }

@@ -39,51 +39,49 @@ template <int D, class Basis, class F>
 ORDO_FLAT inline void for_each_corner_stencil(const Lattice<D>& g, const Vec<D, Lanes>& y, int count, F&& f)
 {
     constexpr int W = Basis::width;
-    Lanes first{}, w[D][W];
+    Stencils<D, W> s;
     bool are_alike = true;
     for (int a = 0; a < D && are_alike; ++a) {
         Lanes cell{};
-        are_alike = Basis::rows(g, a, y[a], cell, w[a]);
-        first += cell * static_cast<double>(g.stride[a]);
+        are_alike = Basis::rows(g, a, y[a], cell, s.w[a]);
+        s.first += cell * static_cast<double>(g.stride[a]);
     }
     for (int c = 0; c < count; ++c) {
-        Stencil<D, W> s;
-        s.first = are_alike ? static_cast<std::ptrdiff_t>(first[c]) : 0;
-        for (int a = 0; a < D; ++a) {
-            if (are_alike)
-                for (int k = 0; k < W; ++k) s.w[a][k] = w[a][k][c];
-            else
-                s.first += g.stride[a] * Basis::row(g, a, y[a][c], s.w[a]);
+        if (!are_alike) {
+            s.first[c] = 0;
+            for (int a = 0; a < D; ++a) {
+                double w[W];
+                s.first[c] += static_cast<double>(g.stride[a] * Basis::row(g, a, y[a][c], w));
+                for (int k = 0; k < W; ++k) s.w[a][k][c] = w[k];
+            }
         }
-        f(c, s);
+        f(c, s.of(c));
     }
 }
 
 // A corner is given by the values of the basis at its position, or by a node number if it is a node itself.
-template <int D, int W, class F>
-ORDO_FLAT inline void visit_corner(Stencil<D, W>& s, const Lattice<D>& g, F&& visit)
+template <int D, AnyStencil S, class F>
+ORDO_FLAT inline void visit_corner(const S& s, const Lattice<D>& g, F&& visit)
 {
-    for (auto& row : s.dw)
-        for (double& x : row) x = 0.0;
-    for_each_node(s, g, [&](std::ptrdiff_t node, double n, const Vec<D>&) { visit(node, n); });
+    for_each_value(s, g, visit);
 }
 template <int D, class F>
 ORDO_FLAT inline void visit_corner(std::ptrdiff_t node, const Lattice<D>&, F&& visit)
 {
     visit(node, 1.0);
 }
-template <int D, int W>
-ORDO_FLAT inline void spread_corner(const Stencil<D, W>& s, const Lattice<D>& g, Lanes* nodes, const Lanes& charge)
+template <int D, AnyStencil S, class Charge>
+ORDO_FLAT inline void spread_corner(const S& s, const Lattice<D>& g, Lanes* nodes, const Charge& charge)
 {
     ordo::spread_value(s, g, nodes, charge);
 }
-template <int D>
-ORDO_FLAT inline void spread_corner(std::ptrdiff_t node, const Lattice<D>&, Lanes* nodes, const Lanes& charge)
+template <int D, class Charge>
+ORDO_FLAT inline void spread_corner(std::ptrdiff_t node, const Lattice<D>&, Lanes* nodes, const Charge& charge)
 {
     nodes[node] += charge;
 }
-template <int D, int W>
-ORDO_FLAT inline Lanes value_at_corner(const Stencil<D, W>& s, const Lattice<D>& g, const Lanes* nodes)
+template <int D, AnyStencil S>
+ORDO_FLAT inline Lanes value_at_corner(const S& s, const Lattice<D>& g, const Lanes* nodes)
 {
     Lanes value{};
     ordo::collect_value(s, g, nodes, value);
@@ -131,43 +129,52 @@ struct Parallelepiped {
     ORDO_FLAT static void for_each_node(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes*, Visit&& visit)
     {
         const Mat<D> dual = scaled_duals(p.edges[i]);
-        for_each_corner(g, p, i, [&](int c, auto& s) {
+        for_each_corner(g, p, i, [&](int c, const auto& s) {
             Vec<D> gc{};
             for (int d = 0; d < D; ++d) gc += sign(c, d) * column(dual, d);
             visit_corner(s, g, [&](std::ptrdiff_t node, double n) { visit(node, w * n, n * gc); });
         });
     }
 
-    ORDO_FLAT static void spread(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value,
-                                 const Lanes (&flux)[D])
+    template <class Value, class Flux>
+    ORDO_FLAT static void spread(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Value& value,
+                                 const Flux (&flux)[D])
     {
         const Mat<D> dual = scaled_duals(p.edges[i]);
-        const Lanes A     = value * w;
-        Lanes X[D]        = {};
-        for (int d = 0; d < D; ++d)
-            for (int a = 0; a < D; ++a) X[d] += flux[a] * dual(a, d);
-        for_each_corner(g, p, i, [&](int c, const auto& s) {
-            Lanes charge = A;
-            for (int d = 0; d < D; ++d) charge += X[d] * sign(c, d);
-            ordo::spread_value(s, g, nodes, charge);
-        });
+        Value charge[corner_count];
+        charge[0] = value * w;
+        for (int d = 0; d < D; ++d) {
+            Flux X{};
+            for (int a = 0; a < D; ++a) X += flux[a] * dual(a, d);
+            for (int c = 0; c < 1 << d; ++c) {
+                charge[c + (1 << d)] = charge[c] + X;
+                charge[c]            = charge[c] - X;
+            }
+        }
+        for_each_corner(g, p, i, [&](int c, const auto& s) { ordo::spread_value(s, g, nodes, charge[c]); });
     }
-    ORDO_FLAT static void spread_value(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value)
+    template <class Value>
+    ORDO_FLAT static void spread_value(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Value& value)
     {
-        const Lanes A = value * w;
+        const Value A = value * w;
         for_each_corner(g, p, i, [&](int, const auto& s) { ordo::spread_value(s, g, nodes, A); });
     }
     ORDO_FLAT static void collect(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, Lanes& value,
                                   Quad (&gradient)[D])
     {
         Lanes total{};
-        Quad X[D] = {};
+        Quad sum[corner_count], X[D];
         for_each_corner(g, p, i, [&](int c, const auto& s) {
             Lanes u{};
             ordo::collect_value(s, g, nodes, u);
             total += u;
-            for (int d = 0; d < D; ++d) X[d] += low(u) * sign(c, d);
+            sum[c] = low(u);
         });
+        for (int d = D; d-- > 0;) {  // differences along the edges d, then sums
+            X[d] = sum[1 << d] - sum[0];
+            for (int c = 1; c < 1 << d; ++c) X[d] += sum[c + (1 << d)] - sum[c];
+            for (int c = 0; c < 1 << d; ++c) sum[c] += sum[c + (1 << d)];
+        }
         value += total * w;
         const Mat<D> dual = scaled_duals(p.edges[i]);
         for (int a = 0; a < D; ++a)
@@ -262,7 +269,7 @@ struct Cell {
             for (int c = 0; c < 8; ++c) y[a][c] = x[smaller(c % corner_count, k.count - 1)][a];
             y[a] = g.cell_coordinate(a, y[a]);
         }
-        for_each_corner_stencil<D, Basis>(g, y, k.count, [&](int c, auto& s) {
+        for_each_corner_stencil<D, Basis>(g, y, k.count, [&](int c, const auto& s) {
             if constexpr (is_enriched)
                 if (const std::ptrdiff_t own = own_node(g, p, i, c); own >= 0) {
                     f(k.w[c], k.g[c], own);
@@ -275,20 +282,22 @@ struct Cell {
     template <class Visit>
     ORDO_FLAT static void for_each_node(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes*, Visit&& visit)
     {
-        for_each_corner(g, p, i, [&](double w, const Vec<D>& gc, auto& place) {
+        for_each_corner(g, p, i, [&](double w, const Vec<D>& gc, const auto& place) {
             visit_corner(place, g, [&](std::ptrdiff_t node, double n) { visit(node, w * n, n * gc); });
         });
     }
-    ORDO_FLAT static void spread(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value,
-                                 const Lanes (&flux)[D])
+    template <class Value, class Flux>
+    ORDO_FLAT static void spread(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Value& value,
+                                 const Flux (&flux)[D])
     {
         for_each_corner(g, p, i, [&](double w, const Vec<D>& gc, const auto& place) {
-            Lanes charge = value * w;
+            Value charge = value * w;
             for (int a = 0; a < D; ++a) charge += flux[a] * gc[a];
             spread_corner(place, g, nodes, charge);
         });
     }
-    ORDO_FLAT static void spread_value(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value)
+    template <class Value>
+    ORDO_FLAT static void spread_value(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Value& value)
     {
         for_each_corner(g, p, i, [&](double w, const Vec<D>&, const auto& place) { spread_corner(place, g, nodes, value * w); });
     }

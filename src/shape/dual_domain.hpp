@@ -47,20 +47,13 @@ struct DualDomain {
         return {before ? node - step : node, after ? node + step : node, g.inv_h[a] * (before && after ? 0.5 : 1.0)};
     }
 
-    /// f(node, N) for the nodes of the particle's cell.
-    template <class F>
-    ORDO_FLAT static void for_each_value(const Row& s, const Lattice<D>& g, F&& f)
-    {
-        ordo::for_each_node(s, g, [&](std::ptrdiff_t node, double w, const Vec<D>&) { f(node, w); });
-    }
-
     /// The stencil with slopes alpha grad N, and f(axis, N_j (1 - alpha), difference at node j) for the smoothed part.
     template <class F>
     ORDO_FLAT static Row parts(const Lattice<D>& g, const ParticleView<D>& p, int i, const Lanes* nodes, F&& f)
     {
         Row s              = Plain::stencil(g, p, i);
         const Vec<D> alpha = blend(g, p, i);
-        for_each_value(s, g, [&](std::ptrdiff_t node, double w) {
+        ordo::for_each_value(s, g, [&](std::ptrdiff_t node, double w) {
             for (int a = 0; a < D; ++a) f(a, (1 - alpha[a]) * w, difference(g, nodes, node, a));
         });
         for (int a = 0; a < D; ++a)
@@ -80,8 +73,9 @@ struct DualDomain {
         });
         ordo::for_each_node(s, g, visit);
     }
-    ORDO_FLAT static void spread(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value,
-                                 const Lanes (&flux)[D])
+    template <class Value, class Flux>
+    ORDO_FLAT static void spread(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Value& value,
+                                 const Flux (&flux)[D])
     {
         const Row s = parts(g, p, i, nodes, [&](int a, double w, const Difference& d) {
             nodes[d.after] += flux[a] * (w * d.factor);
@@ -89,7 +83,8 @@ struct DualDomain {
         });
         ordo::spread(s, g, nodes, value, flux);
     }
-    ORDO_FLAT static void spread_value(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value)
+    template <class Value>
+    ORDO_FLAT static void spread_value(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Value& value)
     {
         Plain::spread_value(g, p, i, nodes, value);
     }

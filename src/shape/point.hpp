@@ -53,7 +53,10 @@ struct Point {
             s.first += cell * static_cast<double>(g.stride[a]);
             Slopes::template set<Basis>(g, a, y, cell, s.w[a], s.dw[a]);
         }
-        for (int k = 0; k < b.count; ++k) f(k, are_alike ? s.of(k) : stencil(g, p, b.first + k));
+        for (int k = 0; k < b.count; ++k) {
+            if (!are_alike) s.set(k, stencil(g, p, b.first + k));
+            f(k, s.of(k));
+        }
     }
 
     template <class Visit>
@@ -61,12 +64,14 @@ struct Point {
     {
         ordo::for_each_node(stencil(g, p, i), g, visit);
     }
-    ORDO_FLAT static void spread(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value,
-                                 const Lanes (&flux)[D])
+    template <class Value, class Flux>
+    ORDO_FLAT static void spread(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Value& value,
+                                 const Flux (&flux)[D])
     {
         ordo::spread(stencil(g, p, i), g, nodes, value, flux);
     }
-    ORDO_FLAT static void spread_value(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Lanes& value)
+    template <class Value>
+    ORDO_FLAT static void spread_value(const Lattice<D>& g, const ParticleView<D>& p, int i, Lanes* nodes, const Value& value)
     {
         ordo::spread_value(stencil(g, p, i), g, nodes, value);
     }

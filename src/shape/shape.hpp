@@ -42,14 +42,14 @@ struct OneParticle {
     const ParticleView<S::dim>& p;
     int i;
 };
-template <class S>
-ORDO_FLAT inline void spread(const OneParticle<S>& one, const Lattice<S::dim>& g, Lanes* nodes, const Lanes& value,
-                             const Lanes (&flux)[S::dim])
+template <class S, class Value, class Flux>
+ORDO_FLAT inline void spread(const OneParticle<S>& one, const Lattice<S::dim>& g, Lanes* nodes, const Value& value,
+                             const Flux (&flux)[S::dim])
 {
     S::spread(g, one.p, one.i, nodes, value, flux);
 }
-template <class S>
-ORDO_FLAT inline void spread_value(const OneParticle<S>& one, const Lattice<S::dim>& g, Lanes* nodes, const Lanes& value)
+template <class S, class Value>
+ORDO_FLAT inline void spread_value(const OneParticle<S>& one, const Lattice<S::dim>& g, Lanes* nodes, const Value& value)
 {
     S::spread_value(g, one.p, one.i, nodes, value);
 }

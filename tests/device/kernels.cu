@@ -18,10 +18,12 @@ template <class S, class Evolution>
 __global__ void one(Sweep<S::dim> s, TileReport* r)
 {
     int i = blockIdx.x;
-    Lanes value{}, flux[S::dim] = {};
+    Lanes value{};
+    UpperLanes force{}, flux[S::dim] = {};
     MassMomentum<S::dim>::add(s.p, i, value, flux);
-    Forces<S::dim, false>::add(s.p, i, value, flux);
+    Forces<S::dim, false>::add(s.p, i, force, flux);
     S::spread(s.lattice, s.p, i, s.nodes, value, flux);
+    S::spread(s.lattice, s.p, i, s.nodes, force, flux);
     S::spread_value(s.lattice, s.p, i, s.nodes, value);
     Quad gradient[S::dim] = {};
     S::collect(s.lattice, s.p, i, s.nodes, value, gradient);

@@ -318,6 +318,35 @@ TEST(Shapes, AreContinuousAcrossCells)
     for_each_particle<3>(2, check_continuity<3>);
 }
 
+/// Fluxes and values of which four lanes are given leave what eight lanes leave of which four are zero.
+template <class S, bool is_upper, int D>
+void check_half_lanes(OneParticle<D>& one, const Lanes& A, const Lanes (&X)[D])
+{
+    using Half   = HalfLanes<is_upper>;
+    auto half_of = [](const Lanes& a) { return is_upper ? Half::of(a[4], a[5], a[6], a[7]) : Half::of(a[0], a[1], a[2], a[3]); };
+    Half half[D];
+    Lanes whole[D];
+    for (int a = 0; a < D; ++a) {
+        half[a]  = half_of(X[a]);
+        whole[a] = Lanes(0.0) + half[a];
+        for (int q = 0; q < 8; ++q) EXPECT_EQ(whole[a][q], (q >= 4) == is_upper ? X[a][q] : 0.0);
+    }
+    Array<Lanes> nodes[4];
+    for (auto& n : nodes) {
+        n = Array<Lanes>(one.nodes.size());
+        for (std::size_t k = 0; k < n.size(); ++k) n[k][NodeLane::mass] = one.nodes[k][NodeLane::mass];
+    }
+    S::spread(one.lattice, one.view(), 0, nodes[0].data(), A, half);
+    S::spread(one.lattice, one.view(), 0, nodes[1].data(), A, whole);
+    S::spread(one.lattice, one.view(), 0, nodes[2].data(), half_of(A), half);
+    S::spread(one.lattice, one.view(), 0, nodes[3].data(), Lanes(0.0) + half_of(A), whole);
+    for (std::size_t k = 0; k < one.nodes.size(); ++k)
+        for (int q = 0; q < 8; ++q) {
+            EXPECT_NEAR(nodes[0][k][q], nodes[1][k][q], 1e-12 * (1 + std::fabs(nodes[1][k][q])));
+            EXPECT_NEAR(nodes[2][k][q], nodes[3][k][q], 1e-12 * (1 + std::fabs(nodes[3][k][q])));
+        }
+}
+
 /// The fast spread and collect equal the visited weights; for ddmpm also around nodes without mass.
 template <int D>
 void check_fast_forms(OneParticle<D>& one, test::Random& random)
@@ -343,6 +372,8 @@ void check_fast_forms(OneParticle<D>& one, test::Random& random)
         S::spread_value(one.lattice, one.view(), 0, values.data(), A);
         S::collect(one.lattice, one.view(), 0, field.data(), value, gradient);
         S::collect_value(one.lattice, one.view(), 0, field.data(), value_alone);
+        check_half_lanes<S, false>(one, A, X);
+        check_half_lanes<S, true>(one, A, X);
     });
     std::map<std::ptrdiff_t, Lanes> plain, plain_values;
     for (const auto& entry : weights(one)) {

@@ -66,15 +66,24 @@ TEST(Work, VisitsOfAParticle)
     }
 }
 
-/// mpm in 3D. The scatter has 2 rows of 5 operations on eight lanes, 4 of 4 and 8 nodes of 4, and 3 + 9 for m v and V sigma;
-/// the gather 2 of 8, 4 of 6, 8 of 4, then 9 for dt L, 141 for F, J and the stress, 12 for v and 6 for x.
+/// mpm in 3D. The scatter has 2 rows of 3 operations on eight lanes, 4 of 2.5 and 8 nodes of 3, and 3 + 9 for m v and V sigma;
+/// the gather 2 of 5, 4 of 4, 8 of 3, then 9 for dt L, 141 for F, J and the stress, 12 for v and 6 for x.
 TEST(Work, OperationsOfMpm)
 {
     Stepped<3> block(spec_of("mpm"));
     const StepWork work = block.work();
-    EXPECT_EQ(work.stages[StageTimes::scatter].flops, (8 * (2 * 5 + 4 * 4 + 8 * 4) + 3 + 9) * block.particles());
-    EXPECT_EQ(work.stages[StageTimes::gather].flops, (8 * (2 * 8 + 4 * 6 + 8 * 4) + 9 + 141 + 12 + 6) * block.particles());
+    EXPECT_EQ(work.stages[StageTimes::scatter].flops, (8 * (2 * 3 + 4 * 2.5 + 8 * 3) + 3 + 9) * block.particles());
+    EXPECT_EQ(work.stages[StageTimes::gather].flops, (8 * (2 * 5 + 4 * 4 + 8 * 3) + 9 + 141 + 12 + 6) * block.particles());
     EXPECT_EQ(work.stages[StageTimes::fit].flops, 0);
+}
+/// Two scatters: m and m v with 2, 4 and 8 of 1, 1 and 2 operations, forces alone with 2 of 2.5, 4 of 2 and 8 of 2.
+TEST(Work, OperationsOfMpmWithStressesFirst)
+{
+    MethodSpec spec = spec_of("mpm");
+    spec.scheme     = TimeScheme::usf;
+    Stepped<3> block(spec);
+    EXPECT_EQ(block.work().stages[StageTimes::scatter].flops,
+              (8 * (2 + 4 + 8 * 2) + 3 + 8 * (2 * 2.5 + 4 * 2 + 8 * 2) + 9) * block.particles());
 }
 
 /// Scatter: x, v, m, V, sigma, and each node with mass twice. The block has 4 cells a side, 5 nodes.
