@@ -329,7 +329,7 @@ ORDO_FLAT inline Lanes join(const Quad& a, const Quad& b)
 #endif
 }
 
-/// Eight lanes of which four may differ from zero, the first or the last: half the work where eight lanes take two registers.
+/// Eight lanes of which four may differ from zero, the first or the last, to add to others: half the work where eight lanes take two registers.
 #if !defined(__CUDACC__) && !defined(__AVX512F__)
 template <bool is_upper>
 struct HalfLanes {
@@ -363,7 +363,7 @@ ORDO_FLAT inline Lanes& operator+=(Lanes& a, const HalfLanes<is_upper>& b)
 #else
 template <bool is_upper>
 struct HalfLanes : Lanes {
-    ORDO_FLAT HalfLanes(const Lanes& a = Lanes(0.0)) : Lanes(a) {}
+    ORDO_FLAT HalfLanes(const Lanes& a = Lanes(0.0)) : Lanes(a) {}  // implicit for what the operators give; of() makes them
     ORDO_FLAT static HalfLanes of(double a, double b, double c, double d)
     {
         return is_upper ? make_lanes(0, 0, 0, 0, a, b, c, d) : make_lanes(a, b, c, d, 0, 0, 0, 0);
@@ -373,7 +373,7 @@ struct HalfLanes : Lanes {
 using LowerLanes = HalfLanes<false>;
 using UpperLanes = HalfLanes<true>;
 
-/// Lane k of lanes in memory, where k is known only at run time.
+/// Lane k of lanes in memory, where k is known only at run time: `operator[]` would choose between two registers first.
 ORDO_FLAT inline double lane_at(const Lanes& a, int k) { return reinterpret_cast<const double*>(&a)[k]; }
 
 /// Each lane rounded towards zero, as int; lanes must fit.
