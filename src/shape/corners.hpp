@@ -163,7 +163,7 @@ struct Parallelepiped {
                                   Quad (&gradient)[D])
     {
         Lanes total{};
-        Quad sum[corner_count], X[D];
+        Quad sum[corner_count], X[D] = {};
         for_each_corner(g, p, i, [&](int c, const auto& s) {
             Lanes u{};
             ordo::collect_value(s, g, nodes, u);
