@@ -11,7 +11,8 @@ most of a step:
 - loads and stores, also those that are part of another instruction; shuffles: what moves numbers between lanes; the rest:
   addresses, loops, integers;
 - the bound: the cycles that the busiest unit of a Zen 3 core needs, and which it is: 2 multiply-adds, 2 additions, 2 loads of 32
-  bytes, 1 store (2 of up to 8 bytes, which makes this bound too high for scalars), 2 shuffles or 6 instructions a cycle, 5 cycles a division (AMD, Software Optimization Guide 56665);
+  bytes, 1 store (2 of up to 8 bytes, which makes this bound too high for scalars), 2 shuffles or 6 instructions a cycle, 5
+  cycles a division (AMD, Software Optimization Guide 56665);
 - with --caches, lines of 64 bytes that are not in a first cache of 32 KiB and in a last of 32 MiB, as callgrind simulates them.
 
     scripts/instruction_mix.py build/release/ordo --dim 3 --method cpdi1
@@ -49,7 +50,7 @@ def kinds_of(mnemonic, operands):
     if memory and MOVES.match(mnemonic):
         kinds = []
     if memory:
-        is_last  = memory[0] == len(operands) - 1 and not re.match(r"cmp|test|v?u?comi|bt", mnemonic)
+        is_last = memory[0] == len(operands) - 1 and not re.match(r"cmp|test|v?u?comi|bt", mnemonic)
         is_store = is_last and (len(operands) > 1 or re.match(r"set|inc|dec|neg|not|sh[lr]|sa[lr]", mnemonic))
         kinds.append("store" if is_store else "load")
         if is_store and not re.match(r"v?(mov|maskmov|extract|pextr)|set", mnemonic):
@@ -90,7 +91,7 @@ def count(program, arguments, folder, has_caches):
         elif line.startswith("calls="):
             is_call = True
         elif line.startswith("0x"):
-            address, _, *numbers = line.split()
+            address, _, *numbers = line.split()  # zeros at the end are left out
             if not is_call and is_own:
                 cost = dict(zip(events, map(int, numbers)))
                 counts[function][int(address, 16)] += cost.get("Ir", 0)
