@@ -135,7 +135,9 @@ ORDO_FLAT inline T* in_register(T* place)
 ORDO_FLAT inline Lanes larger(const Lanes& a, const Lanes& b)
 {
 #if !defined(__CUDACC__) && defined(__AVX512F__)
-    return {b.v > a.v ? b.v : a.v};
+    return {_mm512_max_pd(b.v, a.v)};
+#elif !defined(__CUDACC__) && defined(__AVX2__)
+    return {_mm256_max_pd(b.lo, a.lo), _mm256_max_pd(b.hi, a.hi)};
 #elif !defined(__CUDACC__)
     return {b.lo > a.lo ? b.lo : a.lo, b.hi > a.hi ? b.hi : a.hi};
 #else
@@ -144,7 +146,16 @@ ORDO_FLAT inline Lanes larger(const Lanes& a, const Lanes& b)
     return r;
 #endif
 }
-ORDO_FLAT inline Lanes smaller(const Lanes& a, const Lanes& b) { return -larger(-a, -b); }
+ORDO_FLAT inline Lanes smaller(const Lanes& a, const Lanes& b)
+{
+#if !defined(__CUDACC__) && defined(__AVX512F__)
+    return {_mm512_min_pd(b.v, a.v)};
+#elif !defined(__CUDACC__) && defined(__AVX2__)
+    return {_mm256_min_pd(b.lo, a.lo), _mm256_min_pd(b.hi, a.hi)};
+#else
+    return -larger(-a, -b);
+#endif
+}
 ORDO_FLAT inline Lanes fabs(const Lanes& a) { return larger(a, -a); }
 
 /// Eight lanes from eight numbers.

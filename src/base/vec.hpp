@@ -226,5 +226,13 @@ constexpr Vec<3> padded(const Vec<D>& v)
     for (int a = 0; a < D; ++a) r[a] = v[a];
     return r;
 }
+/// The first components of a padded vector.
+template <int D>
+constexpr Vec<D> first_components(const Vec<3>& v)
+{
+    Vec<D> r{};
+    for (int a = 0; a < D; ++a) r[a] = v[a];
+    return r;
+}
 
 }  // namespace ordo

@@ -445,10 +445,7 @@ class ObstacleFinder {
 template <int D>
 Vec<D> turned_with(const ObstacleMotion<D>& motion, const Vec<D>& v)
 {
-    const Vec<3> now = rotation_of(motion.turn) * padded(v);
-    Vec<D> r{};
-    std::copy_n(now.c, D, r.c);
-    return r;
+    return first_components<D>(rotation_of(motion.turn) * padded(v));
 }
 
 /// How far points are looked for, m: half a cell, and what bodies can close in a step.

@@ -24,14 +24,6 @@ Quaternion turn_by(const Vec<3>& angle)
     return {std::cos(size / 2), part * angle[0], part * angle[1], part * angle[2]};
 }
 
-template <int D>
-Vec<D> first_components(const Vec<3>& v)
-{
-    Vec<D> r{};
-    for (int a = 0; a < D; ++a) r[a] = v[a];
-    return r;
-}
-
 Vec<3> evaluate(const std::array<Field, 3>& f, double t)
 {
     Vec<3> r{};

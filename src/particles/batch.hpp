@@ -82,42 +82,14 @@ ORDO_FLAT inline void reorder(const long long (&order)[N][N][8], const Lanes (&f
         for (int r = 0; r < N; ++r) to[c].v = _mm512_permutex2var_pd(to[c].v, _mm512_load_epi64(order[c][r]), from[r].v);
     }
 }
-template <int N>
-ORDO_FLAT inline void load_few(const double* p, Lanes (&number)[N])
-{
-    Lanes in[N];
-    __builtin_memcpy(static_cast<void*>(in), p, sizeof in);
-    reorder(interleaving<N>.in, in, number);
-}
-template <int N>
-ORDO_FLAT inline void store_few(double* p, const Lanes (&number)[N])
-{
-    Lanes out[N];
-    reorder(interleaving<N>.out, number, out);
-    __builtin_memcpy(p, out, sizeof out);
-}
-#else
-template <int N>
-ORDO_FLAT inline void load_few(const double* p, Lanes (&number)[N])
-{
-    for (int c = 0; c < N; ++c)
-        number[c] =
-            make_lanes(p[c], p[N + c], p[2 * N + c], p[3 * N + c], p[4 * N + c], p[5 * N + c], p[6 * N + c], p[7 * N + c]);
-}
-template <int N>
-ORDO_FLAT inline void store_few(double* p, const Lanes (&number)[N])
-{
-    for (int k = 0; k < Batch::size; ++k)
-        for (int c = 0; c < N; ++c) p[k * N + c] = number[c][k];
-}
-#endif
-
 /// Eight particles with up to six numbers each, or nine.
 template <int N>
 ORDO_FLAT inline void load_full(const double* p, Lanes (&number)[N])
 {
     if constexpr (N <= 6) {
-        load_few(p, number);
+        Lanes in[N];
+        __builtin_memcpy(static_cast<void*>(in), p, sizeof in);
+        reorder(interleaving<N>.in, in, number);
     } else {
         static_assert(N == 9);
         Lanes row[8];
@@ -131,7 +103,9 @@ template <int N>
 ORDO_FLAT inline void store_full(double* p, const Lanes (&number)[N])
 {
     if constexpr (N <= 6) {
-        store_few(p, number);
+        Lanes out[N];
+        reorder(interleaving<N>.out, number, out);
+        __builtin_memcpy(p, out, sizeof out);
     } else {
         Lanes row[8];
         for (int c = 0; c < 8; ++c) row[c] = number[c];
@@ -142,6 +116,85 @@ ORDO_FLAT inline void store_full(double* p, const Lanes (&number)[N])
         }
     }
 }
+#elif !defined(__CUDACC__)
+/// Two numbers of one particle.
+using Two = double __attribute__((vector_size(16)));
+ORDO_FLAT inline Two load_two(const double* p)
+{
+    Two r;
+    __builtin_memcpy(&r, p, sizeof r);
+    return r;
+}
+ORDO_FLAT inline void store_two(double* p, Two a) { __builtin_memcpy(p, &a, sizeof a); }
+
+/// Two of the N numbers of each of four particles, and one of them. Whole rows of numbers would need more registers than there are.
+template <int N>
+ORDO_FLAT inline void load_four(const double* p, Lanes::Half& first, Lanes::Half& second)
+{
+    const Two a = load_two(p), b = load_two(p + N), c = load_two(p + 2 * N), d = load_two(p + 3 * N);
+    const Lanes::Half ac = __builtin_shufflevector(a, c, 0, 1, 2, 3), bd = __builtin_shufflevector(b, d, 0, 1, 2, 3);
+    first  = __builtin_shufflevector(ac, bd, 0, 4, 2, 6);
+    second = __builtin_shufflevector(ac, bd, 1, 5, 3, 7);
+}
+template <int N>
+ORDO_FLAT inline void load_four(const double* p, Lanes::Half& only)
+{
+    only = Lanes::Half{p[0], p[N], p[2 * N], p[3 * N]};
+}
+template <int N>
+ORDO_FLAT inline void store_four(double* p, Lanes::Half first, Lanes::Half second)
+{
+    const Lanes::Half ac = __builtin_shufflevector(first, second, 0, 4, 2, 6),
+                      bd = __builtin_shufflevector(first, second, 1, 5, 3, 7);
+    store_two(p, __builtin_shufflevector(ac, ac, 0, 1));
+    store_two(p + N, __builtin_shufflevector(bd, bd, 0, 1));
+    store_two(p + 2 * N, __builtin_shufflevector(ac, ac, 2, 3));
+    store_two(p + 3 * N, __builtin_shufflevector(bd, bd, 2, 3));
+}
+template <int N>
+ORDO_FLAT inline void store_four(double* p, Lanes::Half only)
+{
+    for (int k = 0; k < 4; ++k) p[k * N] = only[k];
+}
+
+/// Eight particles with N numbers each.
+template <int N>
+ORDO_FLAT inline void load_full(const double* p, Lanes (&number)[N])
+{
+    for (int c = 0; c + 1 < N; c += 2) {
+        load_four<N>(p + c, number[c].lo, number[c + 1].lo);
+        load_four<N>(p + 4 * N + c, number[c].hi, number[c + 1].hi);
+    }
+    if constexpr (N % 2 == 1) {
+        load_four<N>(p + N - 1, number[N - 1].lo);
+        load_four<N>(p + 5 * N - 1, number[N - 1].hi);
+    }
+}
+template <int N>
+ORDO_FLAT inline void store_full(double* p, const Lanes (&number)[N])
+{
+    for (int c = 0; c + 1 < N; c += 2) {
+        store_four<N>(p + c, number[c].lo, number[c + 1].lo);
+        store_four<N>(p + 4 * N + c, number[c].hi, number[c + 1].hi);
+    }
+    if constexpr (N % 2 == 1) {
+        store_four<N>(p + N - 1, number[N - 1].lo);
+        store_four<N>(p + 5 * N - 1, number[N - 1].hi);
+    }
+}
+#else
+/// Eight particles with N numbers each.
+template <int N>
+ORDO_FLAT inline void load_full(const double* p, Lanes (&number)[N])
+{
+    load_some(p, N, Batch::size, number);
+}
+template <int N>
+ORDO_FLAT inline void store_full(double* p, const Lanes (&number)[N])
+{
+    store_some(p, N, Batch::size, number);
+}
+#endif
 
 /// The same for a batch, full or not.
 template <int N>
@@ -185,10 +238,8 @@ ORDO_FLAT inline Vec<D, Lanes> load(const Vec<D>* field, const Batch& b)
 template <int D>
 ORDO_FLAT inline Mat<D, Lanes> load(const Mat<D>* field, const Batch& b)
 {
-    Lanes number[D * D];
-    load(field[0].c[0], b, number);
     Mat<D, Lanes> r;
-    for (int c = 0; c < D * D; ++c) r(c / D, c % D) = number[c];
+    load(field[0].c[0], b, reinterpret_cast<Lanes(&)[D * D]>(r.c));
     return r;
 }
 template <int D>
@@ -211,9 +262,7 @@ ORDO_FLAT inline void store(Vec<D>* field, const Batch& b, const Vec<D, Lanes>& 
 template <int D>
 ORDO_FLAT inline void store(Mat<D>* field, const Batch& b, const Mat<D, Lanes>& value)
 {
-    Lanes number[D * D];
-    for (int c = 0; c < D * D; ++c) number[c] = value(c / D, c % D);
-    store(field[0].c[0], b, number);
+    store(field[0].c[0], b, reinterpret_cast<const Lanes(&)[D * D]>(value.c));
 }
 template <int D>
 ORDO_FLAT inline void store(Stress<D>* field, const Batch& b, const Stress<D, Lanes>& value)

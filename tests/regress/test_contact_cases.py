@@ -62,6 +62,14 @@ class Contact(unittest.TestCase):
         means = [x[(t > begin) & (t <= begin + 0.5)].mean() for begin in (2.0, 2.5)]
         self.assertLess(abs(means[1] - means[0]), 1e-6 * 10 * (2.5**2 - 2.0**2) / 2)
 
+    def test_a_block_with_internal_damping_stays_near_the_limit(self):
+        """Friction 0.6, 4 % above the slope's tangent: without the branch the block flutters and walks down by 0.1 m in a second."""
+        _, _, block = self.slide("--set", "contact.0.friction=0.6", "--set", "material.0.branch_shear=[100000.0]", "--set",
+                                 "material.0.branch_time=[0.01]")
+        late = block["time"] > 1.5
+        self.assertLess(numpy.ptp(block["center_x"][late]), 1e-5)
+        self.assertLess(numpy.abs(block["momentum_x"] / block["mass"])[late].max(), 2e-4)
+
     def test_a_block_on_a_shaken_table(self):
         seen, (_, block), _ = self.run_case("shaken-table")
         start, step = 0.4, 1e-5

@@ -2,6 +2,7 @@
 #include "base/dual.hpp"
 #include "base/parallel.hpp"
 #include "base/vec.hpp"
+#include "particles/batch.hpp"
 #include "support/particles.hpp"
 
 #include <gtest/gtest.h>
@@ -50,6 +51,53 @@ TEST(Dual, FirstAndSecondDerivative)
     EXPECT_NEAR(y.value.slope, (f(x + e) - f(x - e)) / (2 * e), 1e-7);
     EXPECT_EQ(y.value.slope, y.slope.value);
     EXPECT_NEAR(y.slope.slope, (f(x + e) - 2 * f(x) + f(x - e)) / (e * e), 1e-6);
+}
+
+TEST(Lanes, LargerAndSmallerTakeTheFirstWhereTheSecondIsNoNumber)
+{
+    const double none = std::nan(""), inf = INFINITY;
+    const Lanes a = make_lanes(1, -2, 3, none, -inf, 5, none, -7), b = make_lanes(2, -3, none, 4, inf, 5, none, 7);
+    const double large[8] = {2, -2, 3, none, inf, 5, none, 7}, small[8] = {1, -3, 3, none, -inf, 5, none, -7};
+    for (int k = 0; k < 8; ++k) {
+        auto expect = [k](double found, double wanted) {
+            EXPECT_TRUE(found == wanted || (std::isnan(found) && std::isnan(wanted))) << k << ": " << found << ", " << wanted;
+        };
+        expect(larger(a, b)[k], large[k]);
+        expect(smaller(a, b)[k], small[k]);
+        expect(fabs(a)[k], std::fabs(a[k]));
+    }
+}
+
+/// Batches of every size, from the third particle on.
+template <int N>
+void check_batches()
+{
+    std::vector<double> field(N * 12);
+    for (std::size_t i = 0; i < field.size(); ++i) field[i] = static_cast<double>(i);
+    for (int count = 1; count <= Batch::size; ++count) {
+        const Batch b{2, count};
+        Lanes number[N];
+        load(field.data(), b, number);
+        std::vector<double> stored(field.size(), -1.0);
+        store(stored.data(), b, number);
+        for (int c = 0; c < N; ++c) {
+            for (int k = 0; k < Batch::size; ++k) EXPECT_EQ(number[c][k], field[static_cast<std::size_t>(b.particle(k) * N + c)]);
+            for (int i = 0; i < 12; ++i) {
+                const std::size_t at = static_cast<std::size_t>(i * N + c);
+                EXPECT_EQ(stored[at], i >= 2 && i < 2 + count ? field[at] : -1.0) << N << " numbers, " << count << " particles";
+            }
+        }
+    }
+}
+
+TEST(Batch, LoadsAndStoresItsParticlesAlone)
+{
+    check_batches<1>();
+    check_batches<2>();
+    check_batches<3>();
+    check_batches<4>();
+    check_batches<6>();
+    check_batches<9>();
 }
 
 TEST(Parallel, ReductionDoesNotDependOnThreads)
