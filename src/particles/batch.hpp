@@ -235,11 +235,18 @@ ORDO_FLAT inline Vec<D, Lanes> load(const Vec<D>* field, const Batch& b)
     load(field[0].c, b, r.c);
     return r;
 }
+/// Matrices are more than the registers of AVX2 hold: there a copy of their numbers would cost moves, with AVX-512 it saves some.
 template <int D>
 ORDO_FLAT inline Mat<D, Lanes> load(const Mat<D>* field, const Batch& b)
 {
     Mat<D, Lanes> r;
+#if defined(__AVX512F__)
+    Lanes number[D * D];
+    load(field[0].c[0], b, number);
+    for (int c = 0; c < D * D; ++c) r(c / D, c % D) = number[c];
+#else
     load(field[0].c[0], b, reinterpret_cast<Lanes(&)[D * D]>(r.c));
+#endif
     return r;
 }
 template <int D>
@@ -262,7 +269,13 @@ ORDO_FLAT inline void store(Vec<D>* field, const Batch& b, const Vec<D, Lanes>& 
 template <int D>
 ORDO_FLAT inline void store(Mat<D>* field, const Batch& b, const Mat<D, Lanes>& value)
 {
+#if defined(__AVX512F__)
+    Lanes number[D * D];
+    for (int c = 0; c < D * D; ++c) number[c] = value(c / D, c % D);
+    store(field[0].c[0], b, number);
+#else
     store(field[0].c[0], b, reinterpret_cast<const Lanes(&)[D * D]>(value.c));
+#endif
 }
 template <int D>
 ORDO_FLAT inline void store(Stress<D>* field, const Batch& b, const Stress<D, Lanes>& value)
