@@ -1,4 +1,4 @@
-// Vectors, matrices, dual numbers and reductions.
+// Vectors, matrices, dual numbers, lanes, batches and reductions.
 #include "base/dual.hpp"
 #include "base/parallel.hpp"
 #include "base/vec.hpp"
