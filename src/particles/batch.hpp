@@ -245,7 +245,7 @@ ORDO_FLAT inline Mat<D, Lanes> load(const Mat<D>* field, const Batch& b)
     load(field[0].c[0], b, number);
     for (int c = 0; c < D * D; ++c) r(c / D, c % D) = number[c];
 #else
-    load(field[0].c[0], b, reinterpret_cast<Lanes(&)[D * D]>(r.c));
+    load(field[0].c[0], b, *reinterpret_cast<Lanes(*)[D * D]>(r.c[0]));
 #endif
     return r;
 }
@@ -274,7 +274,7 @@ ORDO_FLAT inline void store(Mat<D>* field, const Batch& b, const Mat<D, Lanes>& 
     for (int c = 0; c < D * D; ++c) number[c] = value(c / D, c % D);
     store(field[0].c[0], b, number);
 #else
-    store(field[0].c[0], b, reinterpret_cast<const Lanes(&)[D * D]>(value.c));
+    store(field[0].c[0], b, *reinterpret_cast<const Lanes(*)[D * D]>(value.c[0]));
 #endif
 }
 template <int D>
