@@ -180,6 +180,7 @@ steps = 7
 """ + contact("friction = 0.3")
 
 
+@unittest.skipUnless(has_hdf5(), "its case writes checkpoints")
 class Sliding(Contact):
     def test_friction_reaches_its_limit_and_no_more(self):
         seen = self.run_case(BLOCK)
