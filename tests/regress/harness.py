@@ -89,6 +89,11 @@ def has_hdf5():
     return "HDF5" not in subprocess.run(arguments, input=CASE, capture_output=True, text=True).stderr
 
 
+def has_gmsh():
+    """Whether ordo reads meshes."""
+    return re.search(r"^Gmsh +yes", ordo("--version", cwd=".").stdout, re.MULTILINE) is not None
+
+
 def history(directory, name="history.csv"):
     """The columns of history.csv, or of another table, by name."""
     with open(pathlib.Path(directory) / name, newline="") as file:

@@ -76,8 +76,8 @@ TEST(PulseThroughContact, IsAWave)
             EXPECT_NEAR(wave.stress(-1e-13, t), -wave.contact_pressure(t), 1e-11);
             EXPECT_GE(wave.contact_pressure(t), 0.0);
         }
-        EXPECT_NEAR(wave.displacement(-0.5, 0.0), 0.0, 1e-16);
-        EXPECT_NEAR(wave.velocity(-0.5, 0.0), 1.0, 1e-15);
+        EXPECT_NEAR(wave.displacement(-0.5, 0.0), 0.0, 1e-17);  // clang++ rounds once less
+        EXPECT_EQ(wave.velocity(-0.5, 0.0), 1.0);
     }
 }
 
