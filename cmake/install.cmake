@@ -2,6 +2,9 @@
 include(CMakePackageConfigHelpers)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/ordo)
 install(TARGETS ordo RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+if(ORDO_RANKS)
+  install(TARGETS ordo_ranks LIBRARY DESTINATION lib/ordo)
+endif()
 install(TARGETS ordo_core EXPORT ordo-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(DIRECTORY src/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ordo FILES_MATCHING PATTERN "*.hpp"
   PATTERN app EXCLUDE PATTERN verification EXCLUDE)

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Checks that src/ keeps its layers: base < {grid, particles, material, solve} < shape < kernels < method < spline < setup <
-sim < io < verification < app.
+sim < io < verification < app; ranks stands beside them on base.
 
 A file includes its own layer and those below it; grid, particles, material and solve do not include each other. Below io no
 header includes fmt, CLI11, toml++, muParser, nlohmann-json or Eigen; sources of method, spline and setup may use fmt.
@@ -24,10 +24,12 @@ BELOW["sim"] = BELOW["setup"] | {"setup"}
 BELOW["io"] = BELOW["sim"] | {"sim"}
 BELOW["verification"] = BELOW["io"] | {"io"}
 BELOW["app"] = BELOW["verification"] | {"verification"}
+BELOW["ranks"] = {"base"}  # a library of its own, which app loads
 
 GENERATED = {"ordo_version.hpp": {"io", "verification", "app"}}
 LIBRARIES = {"fmt": r"fmt/", "CLI11": r"CLI/", "toml++": r"toml\+\+/|toml\.hpp", "muParser": r"muParser", "nlohmann-json": r"nlohmann/",
              "Eigen": r"Eigen/", "Gmsh": r"gmshc?\.h"}
+OF_RANKS = re.compile(r"mpi\.h|petsc")
 OF_SOURCES = {"method": {"fmt"}, "spline": {"fmt"}, "setup": {"fmt"}}  # what sources of a layer below io may include, headers not
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 OPENMP = re.compile(r"\bomp_\w|#\s*pragma\s+omp|<omp\.h>")
@@ -35,6 +37,8 @@ OPENMP = re.compile(r"\bomp_\w|#\s*pragma\s+omp|<omp\.h>")
 
 def library_fault(layer, is_header, included):
     """Why a file of this layer may not include this file of a library, or None."""
+    if OF_RANKS.match(included):
+        return None if layer == "ranks" else f"only layer ranks may include {included}"
     if layer in ("io", "verification", "app"):
         return None
     for library, pattern in LIBRARIES.items():

@@ -22,6 +22,7 @@ minimal         clang++ without OpenMP, Gmsh and HDF5, for AVX2: all tests; at l
 clang           clang++ with all libraries and contracts: all tests
 avx2            `-O3` for AVX2, warnings are errors; unit and pass tests where the machine has it
 avx512          the same for AVX-512
+ranks           a thousand steps of every preset that ranks share, on 1 to 8 ranks of 1 and 2 threads; whole cases under mpiexec; thread sanitizer
 everyday        `scripts/everyday.py`: every preset in the everyday cases, whose accounts must close
 faults          `scripts/planted_faults.py`
 END
@@ -63,6 +64,13 @@ step_avx() { # PRESET, the test for its instructions
 }
 step_avx2() { step_avx avx2 has_avx2; }
 step_avx512() { step_avx avx512 has_avx512; }
+step_ranks() {
+  local filter='Ranks*:Relay*:Travel*' layer
+  build_preset checked && build/checked/tests/test_pass --gtest_also_run_disabled_tests --gtest_filter="$filter" &&
+    ORDO_NIGHTLY=1 ctest --preset checked -R regress.ranks || return 1
+  cmake --preset tsan >/dev/null && cmake --build --preset tsan --target test_unit test_pass || return 1
+  for layer in unit pass; do build/tsan/tests/test_$layer --gtest_filter="$filter" || return 1; done
+}
 step_everyday() {
   build_preset release -DORDO_WERROR=ON && /usr/bin/python3 scripts/everyday.py build/release/ordo --results build/nightly/everyday
 }

@@ -472,11 +472,25 @@ FAULTS = [
           "strains    = @of_domains && has_limit_of_strain(model.method)@;", "false && of_domains",
           "pass:Step.LimitOfConsistentMassFallsWithDomains"),
     fault("kinetic-energy-doubled", "the kinetic energy is m v^2", "method/diagnostics.hpp",
-          "r.kinetic_energy = @0.5@ * r.mass * dot(v, v);", "1.0", "pass:Step.TotalsAreSumsOverParticles"),
+          "add(kinetic, @0.5@ * m * dot(v, v));", "1.0", "pass:Step.TotalsAreSumsOverParticles"),
     fault("strain-energy-of-V", "strain energy is summed over current volumes", "material/laws.cpp",
           "return @V0@ * law.energy(F);", "V", "pass:Step.TotalsAreSumsOverParticles"),
     fault("spare-lanes-have-mass", "spare lanes of the last batch count in the sums", "method/diagnostics.hpp",
-          "@r.mass[lane] = 0.0;@", "", "pass:Step.TotalsAreSumsOverParticles"),
+          "@one[lane] = 0.0;@", "", "pass:Step.TotalsAreSumsOverParticles"),
+
+    # ranks
+    fault("relay-a-colour-late", "a rank gets a record after the colour that adds to it", "grid/rim_plan.hpp",
+          "hand_on(@one.colour@, before->rank", "std::min(one.colour + 1, last - 1)", "unit:Relay.SumsAreThoseOfOneProcess"),
+    fault("rim-of-a-smaller-halo", "tiles reach a node less for the plan than they write to", "grid/tiles.hpp",
+          "r.lo[a] = std::max(tile[a] * width_ - @halo_@, 0);", "(halo_ - 1)", "unit:Relay.SumsAreThoseOfOneProcess"),
+    fault("sums-not-shared", "ranks keep the part of a sum that they had", "grid/rim_plan.hpp",
+          "if (@rank != before->rank@) hand_on(last", "false", "unit:Relay.SumsAreThoseOfOneProcess"),
+    fault("blocks-not-told", "a rank clears the blocks only that its own particles touch", "grid/rim_plan.hpp",
+          "r[static_cast<std::size_t>(@rank@)].push_back(number);", "index", "unit:Relay.SumsAreThoseOfOneProcess"),
+    fault("merged-by-place-alone", "particles that arrive are merged by their place in a tile, of whatever tile", "particles/travel.hpp",
+          "return @a.place < b.place@;", "a.place.place < b.place.place", "unit:Travel.KeepsTheOrderOfOneProcess"),
+    fault("tie-not-even", "exact sums round ties up", "base/exact_sum.hpp",
+          "const bool is_odd_or_above   = @(mantissa & 1) != 0 || is_more@;", "true", "unit:ExactSum.RoundsToNearestTiesToEven"),
 
     # material points of shapes
     fault("left-edge-particles", "particles start at the left edges of their sub-cells", "particles/seeding.hpp",

@@ -20,8 +20,9 @@ struct RunOptions {
     std::vector<std::string> overrides;  ///< key=value
     std::optional<std::string> output;
     std::optional<std::string> restart;  ///< a checkpoint, or "latest"
-    bool overwrite = false;              ///< delete results that are there
-    bool quiet     = false;
+    bool overwrite   = false;            ///< delete results that are there
+    bool quiet       = false;
+    bool has_threads = false;  ///< their number is given
 };
 
 /// Runs a case; returns the exit code: 0, or 130/143 after SIGINT/SIGTERM.

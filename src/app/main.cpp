@@ -1,5 +1,6 @@
 // The command line of ordo. Exit codes: 0 good, 1 the run or a check failed, 2 bad usage or input.
 #include "app/commands.hpp"
+#include "app/ranks.hpp"
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "io/message.hpp"
@@ -66,6 +67,7 @@ void add_run(CLI::App& cli, CommandLine& line)
     run->add_flag("--quiet", line.run.quiet, "no progress, no summary");
     run->callback([&line, run] {
         use_threads(line);
+        line.run.has_threads = line.threads > 0 || std::getenv("OMP_NUM_THREADS");
         if (!line.output.empty()) line.run.output = line.output;
         if (run->count("--restart") > 0) line.run.restart = line.restart;
         line.result = app::run(line.run);
@@ -163,19 +165,6 @@ void require_known_command(const CLI::App& cli, const std::string& given)
         throw InputError(given + ": there is no such command. " + io::suggestion(given, commands) + " See ordo --help.");
 }
 
-/// Throws InputError if a launcher has started more than one process: each would run the whole command.
-void require_one_process()
-{
-    for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"}) {
-        const char* count = std::getenv(name);
-        if (count && std::atoi(count) > 1)
-            throw InputError(
-                fmt::format("started as one of {} processes ({}), but ordo runs on one; start it without mpiexec or srun, "
-                            "with --threads for more cores; if each process has a case of its own, unset {}",
-                            count, name, name));
-    }
-}
-
 /// Runs the command that the line names; returns the exit code.
 int dispatch(int argc, char** argv)
 {
@@ -193,7 +182,7 @@ int dispatch(int argc, char** argv)
 
     if (argc > 1 && argv[1][0] != '-') {
         require_known_command(cli, argv[1]);
-        if (std::string("bench") != argv[1]) require_one_process();
+        if (const std::string command = argv[1]; command != "run" && command != "bench") app::require_one_process();
     }
     try {
         cli.parse(argc, argv);

@@ -1,10 +1,13 @@
 #include "app/commands.hpp"
+#include "app/ranks.hpp"
+#include "base/agree.hpp"
 #include "base/parallel.hpp"
 #include "io/build.hpp"
 #include "io/message.hpp"
 #include "io/observers.hpp"
 #include "io/vtk.hpp"
 #include "method/courant.hpp"
+#include "method/sharing.hpp"
 #include "setup/time_step.hpp"
 #include "sim/simulation.hpp"
 
@@ -25,14 +28,16 @@ volatile std::sig_atomic_t g_signal = 0;
 
 extern "C" void remember_signal(int signal) { g_signal = signal; }
 
-/// SIGINT, SIGTERM and SIGHUP (unless nohup ignores it) end the run after the step; a second signal of the same kind kills it.
-void catch_signals()
+/// SIGINT, SIGTERM and SIGHUP (unless nohup ignores it) end the run after the step; a second signal of the same kind kills it. With
+/// several ranks SIGUSR1 does too: mpiexec passes it on and kills nobody.
+void catch_signals(bool has_ranks)
 {
     struct sigaction action {};
     action.sa_handler = remember_signal;
     action.sa_flags   = static_cast<int>(SA_RESETHAND);
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
+    if (has_ranks) sigaction(SIGUSR1, &action, nullptr);
     struct sigaction before {};
     sigaction(SIGHUP, nullptr, &before);
     if (before.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);
@@ -88,12 +93,27 @@ class Summary : public Observer<D> {
     bool quiet_;
 };
 
+/// The signal that any rank has got, the same on all after each step; 0 if none.
 template <int D>
-void announce(const io::CaseInput& input, const Simulation<D>& sim, bool is_restart)
+class JoinSignals : public Observer<D> {
+  public:
+    void after_step(Simulation<D>& sim, const StepSize&) override
+    {
+        signal_ = static_cast<int>(largest(*sim.state().ranks, static_cast<double>(g_signal)));
+    }
+    int signal() const { return signal_; }
+
+  private:
+    int signal_ = 0;
+};
+
+template <int D>
+void announce(const io::CaseInput& input, const Simulation<D>& sim, const Ranks& ranks, bool is_restart)
 {
-    const State<D>& s = sim.state();
-    io::say("{}: {}D, {} particles, {} on {} thread{}\n", input.title.empty() ? "ordo" : input.title, D, s.particles.count,
-            input.method.preset, thread_count(), thread_count() > 1 ? "s" : "");
+    const State<D>& s       = sim.state();
+    const std::string parts = ranks.is_alone() ? "" : fmt::format(" of {} ranks", ranks.count());
+    io::say("{}: {}D, {} particles, {} on {} thread{}{}\n", input.title.empty() ? "ordo" : input.title, D, s.particles.count,
+            input.method.preset, thread_count(), thread_count() > 1 ? "s" : "", parts);
     if (is_restart) io::say("continues from step {}, t = {:.6g} s\n", s.n, s.t);
     for (const std::string& note : sim.notes()) io::say("ordo: note: {}\n", note);
     warn_of_instability(sim.model().method);
@@ -131,53 +151,62 @@ void warn_of_long_run(const io::CaseInput& input, const Simulation<D>& sim, doub
 
 /// The output files of a run: new ones, after projecting for the first row, or those that a restart continues.
 template <int D>
-io::Writer<D> files_of(const io::CaseInput& input, Simulation<D>& sim, io::RunDirectory& directory,
+io::Writer<D> files_of(const io::CaseInput& input, Simulation<D>& sim, io::RunDirectory& directory, Ranks& ranks,
                        const std::optional<io::Written>& restart, bool quiet)
 {
     if (restart) {
         sim.watch()->resume(restart->watched, sim.state());
-        return {input, sim.model(), directory, *restart};
+        return {input, sim.model(), directory, ranks, *restart};
     }
     const auto begin = std::chrono::steady_clock::now();
     sim.scheme().project(sim.state());
     if (!quiet) warn_of_long_run(input, sim, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-    return {input, sim.model(), directory, sim.state().particles};
+    return {input, sim.model(), directory, ranks, sim.state().particles};
 }
 
 /// Runs a case from its start or a checkpoint to its end or a signal. Returns the exit code.
 template <int D>
-int run_case(const io::CaseInput& input, const RunOptions& options)
+int run_case(const io::CaseInput& input, const RunOptions& options, Launch& launch)
 {
     const io::Earlier earlier = options.restart     ? io::Earlier::go_on
                                 : options.overwrite ? io::Earlier::overwrite
                                                     : io::Earlier::refuse;
     io::require_usable(input.output, earlier);
     Simulation<D> sim = simulation_of<D>(input);
-    io::RunDirectory directory(input.output, earlier);
-    io::Checkpoints<D> checkpoints(input, sim.model(), directory);
+    if (launched_processes() > 1) require_shareable(sim.model());
+    Ranks& ranks = launch.start();
+    if (!options.has_threads) launch.divide_threads();
+    std::optional<io::RunDirectory> directory;
+    std::optional<io::Checkpoints<D>> checkpoints;
     std::optional<io::Written> restart;
-    if (options.restart) restart = checkpoints.read(*options.restart, sim);
+    agree(ranks, [&] { directory.emplace(input.output, earlier, ranks.index() == 0); });
+    agree(ranks, [&] {
+        checkpoints.emplace(input, sim.model(), *directory);
+        if (options.restart) restart = checkpoints->read(*options.restart, sim);
+    });
     if (sim.is_complete()) {
         if (!options.quiet) io::say("nothing is left to do: the checkpoint is at t = {:.6g} s\n", sim.state().t);
         return 0;
     }
-    io::Writer<D> writer             = files_of(input, sim, directory, restart, options.quiet);
+    io::Writer<D> writer             = files_of(input, sim, *directory, ranks, restart, options.quiet);
     sim.state().projection.is_wanted = true;
 
     io::ShowProgress<D> progress(options.quiet);
     Summary<D> summary(writer, options.quiet);
-    const auto is_stopped = [] { return g_signal != 0; };
-    io::KeepCheckpoints<D> keep(checkpoints, writer, is_stopped);
-    for (Observer<D>* observer : {static_cast<Observer<D>*>(&writer), static_cast<Observer<D>*>(&progress),
-                                  static_cast<Observer<D>*>(&summary), static_cast<Observer<D>*>(&keep)})
+    JoinSignals<D> signals;
+    const auto is_stopped = [&] { return signals.signal() != 0; };
+    io::KeepCheckpoints<D> keep(*checkpoints, writer, is_stopped);
+    for (Observer<D>* observer :
+         {static_cast<Observer<D>*>(&signals), static_cast<Observer<D>*>(&writer), static_cast<Observer<D>*>(&progress),
+          static_cast<Observer<D>*>(&summary), static_cast<Observer<D>*>(&keep)})
         sim.add(*observer);
-    if (!options.quiet) announce(input, sim, restart.has_value());
-    catch_signals();
+    if (!options.quiet) announce(input, sim, ranks, restart.has_value());
+    distribute(sim.model(), sim.state(), ranks);
+    catch_signals(!ranks.is_alone());
     sim.run(is_stopped);
-    if (!g_signal) return 0;
-    io::say("ordo: stopped by signal {} at t = {:.6g} s; results so far are written\n", static_cast<int>(g_signal),
-            sim.state().t);
-    return 128 + static_cast<int>(g_signal);
+    if (!is_stopped()) return 0;
+    io::say("ordo: stopped by signal {} at t = {:.6g} s; results so far are written\n", signals.signal(), sim.state().t);
+    return 128 + signals.signal();
 }
 
 void print_body(const setup::BodyReport& b, int dim)
@@ -234,8 +263,14 @@ int check_case(const io::CaseInput& input)
 
 int run(const RunOptions& options)
 {
-    const io::CaseInput input = read(options);
-    return with_dim(input.grid.dim, [&]<int D>() { return run_case<D>(input, options); });
+    Launch launch;
+    try {
+        const io::CaseInput input = read(options);
+        return with_dim(input.grid.dim, [&]<int D>() { return run_case<D>(input, options, launch); });
+    } catch (const std::exception& e) {
+        launch.fail(e);
+        throw;
+    }
 }
 
 int check(const RunOptions& options)

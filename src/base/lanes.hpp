@@ -135,7 +135,7 @@ ORDO_FLAT inline T* in_register(T* place)
 ORDO_FLAT inline Lanes larger(const Lanes& a, const Lanes& b)
 {
 #if !defined(__CUDACC__) && defined(__AVX512F__)
-    return {_mm512_max_pd(b.v, a.v)};
+    return {_mm512_maskz_max_pd(0xff, b.v, a.v)};  // all lanes; the plain one warns falsely in g++ 12 (its bug 105593)
 #elif !defined(__CUDACC__) && defined(__AVX2__)
     return {_mm256_max_pd(b.lo, a.lo), _mm256_max_pd(b.hi, a.hi)};
 #elif !defined(__CUDACC__)
@@ -149,7 +149,7 @@ ORDO_FLAT inline Lanes larger(const Lanes& a, const Lanes& b)
 ORDO_FLAT inline Lanes smaller(const Lanes& a, const Lanes& b)
 {
 #if !defined(__CUDACC__) && defined(__AVX512F__)
-    return {_mm512_min_pd(b.v, a.v)};
+    return {_mm512_maskz_min_pd(0xff, b.v, a.v)};  // the same
 #elif !defined(__CUDACC__) && defined(__AVX2__)
     return {_mm256_min_pd(b.lo, a.lo), _mm256_min_pd(b.hi, a.hi)};
 #else

@@ -141,13 +141,14 @@ class Constraints {
                 for (std::size_t k = 0; k < covers.size(); ++k) covers[k] = covers_in_periods(conditions[k], x, lattice);
                 for (int a = 0; a < D; ++a)
                     if (const int k = holding(conditions, a, [&](int c) { return covers[c]; }); k >= 0)
-                        add(conditions, k, a, block.first_node + lattice.offset(at), place_of(lattice, at), lattice.is_image(at));
+                        add(conditions, k, a, block.first_node + lattice.offset(at), place_of(lattice, at),
+                            lattice.is_image(at) || !tiles.counts_record(block.first_node + lattice.offset(at)));
             });
         }
     }
 
     /// Adds the components that condition k constrains at a node with a place. `is_image`: the node repeats another of a periodic
-    /// axis, whose force counts for both.
+    /// axis or rank, whose force counts for both.
     void add(const std::vector<Condition<D>>& conditions, int k, std::ptrdiff_t node, const Vec<D>& x, bool is_image)
     {
         for (int a = 0; a < D; ++a)

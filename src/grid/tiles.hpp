@@ -4,13 +4,16 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
+#include "base/ranks.hpp"
 #include "grid/lattice.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <iterator>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -50,7 +53,7 @@ class Tiles {
     static constexpr int colour_count = 1 << D;
     static constexpr int block_width  = 4;
 
-    Tiles() = default;
+    Tiles() = default;  ///< as before the first sort
     Tiles(const Lattice<D>& lattice, int halo, std::ptrdiff_t particles = 0, int fields = 1)
         : lattice_(lattice), halo_(halo), width_(width_for(halo, lattice.basis.degree, particles)), fields_(fields)
     {
@@ -73,10 +76,49 @@ class Tiles {
     }
 
     int width() const { return width_; }
-    int halo() const { return halo_; }
+    int halo() const { return halo_; }  ///< negative before the first sort
     const std::vector<Tile>& tiles() const { return tiles_; }
     const std::vector<Block<D>>& blocks() const { return blocks_; }
     int fields() const { return fields_; }
+    const Index<D>& count() const { return count_; }                               ///< of tiles along each axis, with empty ones
+    const std::vector<std::uint64_t>& tile_numbers() const { return tile_keys_; }  ///< ascending
+    const std::vector<std::uint64_t>& block_numbers() const { return block_keys_; }  ///< ascending
+
+    /// The number of the tile that a key lies in: that of its place, and so many more for its field.
+    std::uint64_t tile_of(std::uint64_t key) const { return key / cells_per_tile_; }
+    std::uint64_t number_of_tile(const Index<D>& at, int field) const { return field * total(count_) + flatten(at, count_); }
+    Index<D> place_of_tile(std::uint64_t number) const { return unflatten(number, count_); }
+    int field_of_tile(std::uint64_t number) const { return static_cast<int>(number / total(count_)); }
+    /// The same of blocks.
+    Block<D> block_of(std::uint64_t number) const
+    {
+        return {unflatten(number, block_count_), first_node(static_cast<int>(number / total(block_count_)))};
+    }
+    std::uint64_t number_of_block(const Block<D>& block) const { return block_key(block.at, field_of(block)); }
+    int field_of(const Block<D>& block) const
+    {
+        return static_cast<int>(block.first_node / static_cast<std::ptrdiff_t>(lattice_.node_count()));
+    }
+    /// The nodes that particles of a tile may write to until the next sort.
+    IndexBox<D> reached_by(const Index<D>& tile) const
+    {
+        IndexBox<D> r{};
+        for (int a = 0; a < D; ++a) {
+            r.lo[a] = std::max(tile[a] * width_ - halo_, 0);
+            r.hi[a] = std::min((tile[a] + 1) * width_ + halo_ + lattice_.basis.degree, lattice_.nodes[a]);
+        }
+        return r;
+    }
+    /// The tiles that may write to nodes of a box.
+    IndexBox<D> tiles_around(const IndexBox<D>& nodes) const
+    {
+        IndexBox<D> r{};
+        for (int a = 0; a < D; ++a) {
+            r.lo[a] = std::max(nodes.lo[a] - halo_ - lattice_.basis.degree, 0) / width_;
+            r.hi[a] = std::min((nodes.hi[a] - 1 + halo_) / width_ + 1, count_[a]);
+        }
+        return r;
+    }
 
     /// The sort key of a cell: by field, by tile, then by cell within the tile.
     std::uint64_t key(const Index<D>& cell, int field = 0) const
@@ -139,13 +181,78 @@ class Tiles {
         return true;
     }
 
-    /// f(tile) for all tiles, for scatters: tiles of one colour in parallel, the colours one after the other.
+    /// Keeps the tiles for which is_kept(number) holds, without the particles of the others, and the blocks of these numbers.
+    template <class IsKept>
+    void keep(const IsKept& is_kept, std::vector<std::uint64_t> blocks)
+    {
+        const std::vector<Tile> all                  = std::move(tiles_);
+        const std::vector<std::uint64_t> all_numbers = std::move(tile_keys_);
+        clear();
+        int end = 0;
+        for (std::size_t k = 0; k < all.size(); ++k)
+            if (is_kept(all_numbers[k])) add_tile(all_numbers[k], end += all[k].end - all[k].begin);
+        set_blocks(std::move(blocks));
+    }
+
+    /// Leaves each tile the particles for which is_kept(i) holds, which then follow each other. Until the next sort only the order of
+    /// particles counts.
+    template <class IsKept>
+    void keep_particles(const IsKept& is_kept)
+    {
+        int end = 0;
+        for (Tile& tile : tiles_) {
+            const int begin = end;
+            for (int i = tile.begin; i < tile.end; ++i) end += is_kept(i) ? 1 : 0;
+            tile.begin = begin;
+            tile.end   = end;
+        }
+    }
+
+    /// f(tile) for all tiles, for scatters to these records: tiles of one colour in parallel, the colours one after the other. Afterwards the
+    /// records are sums over all ranks.
+    template <class F>
+    void for_each_by_colour(std::initializer_list<NodeRecords> to, F&& f) const
+    {
+        if (!relay_) return for_each_by_colour(f);
+        const std::span<const NodeRecords> records(to.begin(), to.size());
+        for (int c = 0; c < colour_count; ++c) {
+            if (c > 0) relay_->receive(c, records);
+            for_each_of(colours_[c], 0, rim_counts_[c], f);
+            if (c + 1 < colour_count) relay_->send(c + 1, records);
+            for_each_of(colours_[c], rim_counts_[c], static_cast<std::ptrdiff_t>(colours_[c].size()), f);
+        }
+        relay_->send(colour_count, records);
+        relay_->receive(colour_count, records);
+    }
+    /// The same for scatters that ranks do not share.
     template <class F>
     void for_each_by_colour(F&& f) const
     {
-        for (const auto& colour : colours_)
-            parallel_for(
-                static_cast<std::ptrdiff_t>(colour.size()), [&](std::ptrdiff_t k) { f(tiles_[colour[k]]); }, is_large());
+        ORDO_EXPECT(!relay_);
+        for (const auto& colour : colours_) for_each_of(colour, 0, static_cast<std::ptrdiff_t>(colour.size()), f);
+    }
+
+    /// From now on scatters go through `relay`, whose rounds are those of grid/rim_plan.hpp. `is_rim`: by tile, which write to records
+    /// that ranks share. `counts_elsewhere`: by block, those that count on another rank.
+    void share(std::shared_ptr<Relay> relay, const std::vector<bool>& is_rim, std::vector<bool> counts_elsewhere)
+    {
+        relay_            = std::move(relay);
+        counts_elsewhere_ = std::move(counts_elsewhere);
+        for (int c = 0; c < colour_count; ++c) {
+            const auto rest = std::stable_partition(colours_[c].begin(), colours_[c].end(), [&](int k) { return is_rim[k]; });
+            rim_counts_[c]  = rest - colours_[c].begin();
+        }
+    }
+    /// Whether block k is one that sums over nodes count here: several ranks may hold it.
+    bool counts_here(std::size_t k) const { return !relay_ || !counts_elsewhere_[k]; }
+    /// The same for the block of a record, which other ranks may hold alone.
+    bool counts_record(std::ptrdiff_t record) const
+    {
+        if (!relay_) return true;
+        const auto count  = static_cast<std::ptrdiff_t>(lattice_.node_count());
+        const auto number = block_key(block_at(lattice_.index(record % count)), record / count);
+        const auto at     = std::lower_bound(block_keys_.begin(), block_keys_.end(), number);
+        return at != block_keys_.end() && *at == number && counts_here(static_cast<std::size_t>(at - block_keys_.begin()));
     }
 
     /// f(k, tile) for all tiles in parallel, for gathers.
@@ -225,10 +332,31 @@ class Tiles {
     /// Whether the node belongs to a block that the material of a field touches; records of other nodes are undefined.
     bool is_active(const Index<D>& node, int field = 0) const
     {
-        Index<D> block = node;
-        for (int a = 0; a < D; ++a) block[a] /= block_width;
-        return std::binary_search(block_keys_.begin(), block_keys_.end(), block_key(block, field));
+        return std::binary_search(block_keys_.begin(), block_keys_.end(), block_key(block_at(node), field));
     }
+    /// Adds to ascending numbers of blocks those of all images of their nodes on periodic axes: those inside the period, which hold the sums, and those in
+    /// the margin, which a corner that is put back into the period may read.
+    void add_periodic_images(std::vector<std::uint64_t>& blocks) const
+    {
+        for (int a = 0; a < D; ++a) {
+            if (!lattice_.periodic[a]) continue;
+            std::vector<std::uint64_t> images;
+            for (std::uint64_t key : blocks) {
+                Index<D> b                = unflatten(key, block_count_);
+                const std::uint64_t field = key / total(block_count_);
+                const IndexBox<D> at      = nodes_of({b});
+                for (int k = at.lo[a]; k < at.hi[a]; ++k)
+                    for (int image = k % lattice_.cells[a]; image < lattice_.nodes[a]; image += lattice_.cells[a]) {
+                        b[a] = image / block_width;
+                        if (image != k) images.push_back(block_key(b, field));
+                    }
+            }
+            std::sort(images.begin(), images.end());
+            images.erase(std::unique(images.begin(), images.end()), images.end());
+            add(blocks, images);
+        }
+    }
+
     /// Where the records of a field begin.
     std::ptrdiff_t first_node(int field) const { return field * static_cast<std::ptrdiff_t>(lattice_.node_count()); }
 
@@ -237,6 +365,19 @@ class Tiles {
     /// a thread can cost more than the step.
     bool is_large() const { return !tiles_.empty() && tiles_.back().end >= 1024; }
 
+    /// f(tile) for the tiles of a colour with places from `begin` to `end`, in parallel.
+    template <class F>
+    void for_each_of(const std::vector<int>& colour, std::ptrdiff_t begin, std::ptrdiff_t end, F&& f) const
+    {
+        parallel_for(
+            end - begin, [&](std::ptrdiff_t k) { f(tiles_[colour[begin + k]]); }, is_large());
+    }
+
+    static Index<D> block_at(Index<D> node)
+    {
+        for (int a = 0; a < D; ++a) node[a] /= block_width;
+        return node;
+    }
     static std::uint64_t flatten(const Index<D>& t, const Index<D>& count)
     {
         std::uint64_t k = 0;
@@ -249,7 +390,7 @@ class Tiles {
     {
         return field * total(block_count_) + flatten(block, block_count_);
     }
-    /// The place that a key stands for, without the field.
+    /// The place that a number stands for, without the field.
     static Index<D> unflatten(std::uint64_t k, const Index<D>& count)
     {
         Index<D> t{};
@@ -275,8 +416,7 @@ class Tiles {
     void set_blocks(std::vector<std::uint64_t> keys)
     {
         blocks_.clear();
-        for (const std::uint64_t b : keys)
-            blocks_.push_back({unflatten(b, block_count_), first_node(static_cast<int>(b / total(block_count_)))});
+        for (const std::uint64_t b : keys) blocks_.push_back(block_of(b));
         block_keys_ = std::move(keys);
     }
     /// How many nodes below its cell a particle may write to until the next sort, and one more; `degree` more above the cell.
@@ -337,31 +477,9 @@ class Tiles {
             stride *= block_count_[a];
         }
     }
-    /// Adds the blocks of all images of the nodes on periodic axes: those inside the period, which hold the sums, and those in
-    /// the margin, which a corner that is put back into the period may read.
-    void add_periodic_images(std::vector<std::uint64_t>& blocks) const
-    {
-        for (int a = 0; a < D; ++a) {
-            if (!lattice_.periodic[a]) continue;
-            std::vector<std::uint64_t> images;
-            for (std::uint64_t key : blocks) {
-                Index<D> b                = unflatten(key, block_count_);
-                const std::uint64_t field = key / total(block_count_);
-                const IndexBox<D> at      = nodes_of({b});
-                for (int k = at.lo[a]; k < at.hi[a]; ++k)
-                    for (int image = k % lattice_.cells[a]; image < lattice_.nodes[a]; image += lattice_.cells[a]) {
-                        b[a] = image / block_width;
-                        if (image != k) images.push_back(block_key(b, field));
-                    }
-            }
-            std::sort(images.begin(), images.end());
-            images.erase(std::unique(images.begin(), images.end()), images.end());
-            add(blocks, images);
-        }
-    }
 
     Lattice<D> lattice_{};
-    int halo_                     = 0;
+    int halo_                     = -1;
     int width_                    = block_width;
     int fields_                   = 1;
     std::uint64_t cells_per_tile_ = 1;
@@ -372,6 +490,10 @@ class Tiles {
     std::vector<Block<D>> blocks_;
     std::vector<std::uint64_t> block_keys_;  ///< of blocks_, sorted
     std::ptrdiff_t extra_nodes_ = 0;
+    // With several ranks:
+    std::shared_ptr<Relay> relay_;
+    std::array<std::ptrdiff_t, colour_count> rim_counts_{};  ///< of the tiles of each colour, which come first
+    std::vector<bool> counts_elsewhere_;                     ///< by block
 };
 
 }  // namespace ordo

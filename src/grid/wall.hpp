@@ -156,7 +156,7 @@ class WallNodes {
             bool is_near = false;
             for (std::size_t k = 0; k < walls.size(); ++k)
                 is_near = is_near || walls[k].moves() || walls[k].distance(x, shifts[k]) <= tolerance_;
-            if (is_near) nodes_.push_back({node, x, {}, lattice.is_image(at)});
+            if (is_near) nodes_.push_back({node, x, {}, lattice.is_image(at) || !tiles.counts_record(node)});
         });
         grips_.assign(nodes_.size() * walls_, Grip::none);
     }
@@ -217,7 +217,7 @@ class WallNodes {
         std::ptrdiff_t node;
         Vec<D> x;              ///< m
         Vec<D, bool> is_free;  ///< axes that no condition holds
-        bool is_image;         ///< repeats another node of a periodic axis
+        bool is_image;         ///< repeats another node of a periodic axis or rank
     };
     /// A listed node in walls.
     struct Touch {

@@ -1,11 +1,13 @@
 #include "io/checkpoint.hpp"
 
+#include "base/agree.hpp"
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
 #include "io/message.hpp"
 #include "io/program.hpp"
 #include "io/schema.hpp"
 #include "method/layout.hpp"
+#include "method/sharing.hpp"
 #include "ordo_version.hpp"
 
 #include <fmt/format.h>
@@ -324,7 +326,9 @@ bool Checkpoints<D>::is_due(const State<D>& s) const
 {
     const CheckpointInput& wanted = input_.checkpoint;
     if (wanted.steps && s.n % *wanted.steps == 0) return true;
-    return wanted.wall_minutes && std::chrono::duration<double>(Clock::now() - last_).count() >= 60 * *wanted.wall_minutes;
+    if (!wanted.wall_minutes) return false;
+    const double minutes = std::chrono::duration<double>(Clock::now() - last_).count() / 60;
+    return largest(*s.ranks, s.ranks->index() == 0 ? minutes : 0.0) >= *wanted.wall_minutes;
 }
 
 template <int D>
@@ -341,6 +345,15 @@ template <int D>
 void Checkpoints<D>::write(State<D>& s, Written written)
 {
     if (last_step_ == s.n) return;
+    const Gathered<D> gathered(model_, s, true);
+    on_first(*s.ranks, [&] { write_file(s, std::move(written)); });
+    last_      = Clock::now();
+    last_step_ = s.n;
+}
+
+template <int D>
+void Checkpoints<D>::write_file(State<D>& s, Written written)
+{
     PartName file(directory_.file(checkpoint_file(s.n)));
     {
         Hdf5Writer out(file.part(), kHead);
@@ -352,9 +365,7 @@ void Checkpoints<D>::write(State<D>& s, Written written)
     }
     seal(file.part());
     file.commit();
-    last_      = Clock::now();
-    last_step_ = s.n;
-    int kept   = 0;
+    int kept = 0;
     for (const std::int64_t step : steps())
         if (step <= s.n && ++kept > input_.checkpoint.keep) directory_.remove({checkpoint_file(step)});
 }

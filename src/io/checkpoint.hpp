@@ -23,9 +23,10 @@ class Checkpoints {
 
     /// Whether [checkpoint] asks for any, and whether one is due after this step.
     bool are_wanted() const { return input_.checkpoint.steps || input_.checkpoint.wall_minutes; }
-    bool is_due(const State<D>& s) const;
+    bool is_due(const State<D>& s) const;  ///< of several ranks the clock of the first counts
 
-    /// Writes the state, unless this step has a checkpoint, then removes old ones beyond [checkpoint] keep. Throws OutputError.
+    /// Writes the state, unless this step has a checkpoint, then removes old ones beyond [checkpoint] keep. Of several ranks the first
+    /// writes that of all. Throws OutputError.
     void write(State<D>& s, Written written);
 
     /// Reads the state from a file, or from the newest usable one in the output directory ("latest"), into `s`, the state at the
@@ -36,6 +37,7 @@ class Checkpoints {
   private:
     using Clock = std::chrono::steady_clock;
 
+    void write_file(State<D>& s, Written written);
     Written read_file(const std::filesystem::path& file, Simulation<D>& sim) const;
     std::vector<std::int64_t> steps() const;  ///< of those in the directory, newest first
 

@@ -165,8 +165,11 @@ RunDirectory::Made::~Made()
     for (const auto& p : new_ones) std::filesystem::remove(p, none);  // fails if it is not empty
 }
 
-RunDirectory::RunDirectory(const OutputInput& output, Earlier earlier) : path_(output.directory), made_(path_), lock_(path_)
+RunDirectory::RunDirectory(const OutputInput& output, Earlier earlier, bool is_held) : path_(output.directory)
 {
+    if (!is_held) return;
+    made_.emplace(path_);
+    lock_.emplace(path_);
     require_no_loss(output, earlier);  // again, now that no other run can change it
     files_ = listed(path_);
 }

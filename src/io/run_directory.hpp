@@ -4,6 +4,7 @@
 #include "io/input.hpp"
 
 #include <filesystem>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -41,8 +42,9 @@ class DirectoryLock {
 /// Only files that its list `files.txt` names are ever removed. A name joins the list before its file is made.
 class RunDirectory {
   public:
-    /// Makes the directory and locks it; removes nothing yet. Throws InputError, and OutputError if it cannot be made.
-    RunDirectory(const OutputInput& output, Earlier earlier);
+    /// Makes the directory and locks it; removes nothing yet. Throws InputError, and OutputError if it cannot be made. Without `is_held`
+    /// another process of the run does all that.
+    RunDirectory(const OutputInput& output, Earlier earlier, bool is_held = true);
 
     const std::filesystem::path& path() const { return path_; }
     /// The path of a file that the run is about to make; from now on it is in the list.
@@ -62,8 +64,8 @@ class RunDirectory {
     void write_list() const;
 
     std::filesystem::path path_;
-    Made made_;
-    DirectoryLock lock_;
+    std::optional<Made> made_;
+    std::optional<DirectoryLock> lock_;
     std::set<std::string> files_;
 };
 

@@ -1,9 +1,11 @@
 #include "io/writer.hpp"
 
+#include "base/agree.hpp"
 #include "io/build.hpp"
 #include "method/diagnostics.hpp"
 #include "method/energy_account.hpp"
 #include "method/grid_sample.hpp"
+#include "method/sharing.hpp"
 #include "ordo_version.hpp"
 #include "sim/simulation.hpp"
 
@@ -43,33 +45,34 @@ FrameStyle style_of(const OutputInput& in)
 }
 
 template <int D>
-Writer<D>::Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, const Particles<D>& particles)
-    : input_(input), model_(model), directory_(directory)
+Writer<D>::Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, Ranks& ranks,
+                  const Particles<D>& particles)
+    : input_(input), model_(model), directory_(directory), ranks_(ranks)
 {
     for (const ProbeInput& p : input.probes) {
         Vec<D> at{};
         for (int a = 0; a < D && !p.particle.empty(); ++a) at[a] = p.particle[a];
         written_.probe_particles.push_back(p.particle.empty() ? -1 : nearest_particle(particles, at));
     }
-    start_files();
+    agree(ranks_, [&] { start_files(); });
 }
 
 template <int D>
-Writer<D>::Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, const Written& written)
+Writer<D>::Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, Ranks& ranks, const Written& written)
     : input_(input),
       model_(model),
       directory_(directory),
+      ranks_(ranks),
       written_(written),
       resumed_at_(written.step),
       last_frame_(written.frames.empty() ? 0.0 : written.frames.back())
 {
-    if (has_results(directory_.path())) {
-        go_on_with_files();
-    } else {
+    const bool goes_on = largest(ranks_, is_first() && has_results(directory_.path()) ? 1 : 0) > 0;
+    if (!goes_on) {
         written_.frames.clear();
         written_.grid_frames.clear();
-        start_files();
     }
+    agree(ranks_, [&] { goes_on ? go_on_with_files() : start_files(); });
 }
 
 template <int D>
@@ -85,9 +88,15 @@ void Writer<D>::write_resolved_case() const
 }
 
 template <int D>
+LineFile Writer<D>::start_table(const std::string& file, const std::string& header)
+{
+    return is_first() ? LineFile(directory_.file(file), header) : LineFile();
+}
+
+template <int D>
 void Writer<D>::start_files()
 {
-    directory_.remove(directory_.files());
+    if (is_first()) directory_.remove(directory_.files());
     std::string exchanges = input_.stages.empty() ? "" : ",stage,stage_energy";
     for (const Exchanging& one : exchanging_) exchanges += fmt::format(",{0}_force_x,{0}_force_y,{0}_force_z,{0}_work", one.name);
     constexpr const char* of_contact =
@@ -99,17 +108,16 @@ void Writer<D>::start_files()
         exchanges += fmt::format(",{0}_work,{0}_x,{0}_y,{0}_z,{0}_velocity_x,{0}_velocity_y,{0}_velocity_z", o.name);
         exchanges += fmt::format(",{0}_rotation_x,{0}_rotation_y,{0}_rotation_z", o.name);
     }
-    history_ =
-        LineFile(directory_.file("history.csv"),
-                 "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy,"
-                 "dissipated_energy,"
-                 "projection_mass_before,projection_mass_after,projection_momentum_x_before,projection_momentum_y_before,"
-                 "projection_momentum_z_before,projection_momentum_x_after,projection_momentum_y_after,"
-                 "projection_momentum_z_after,dropped_pivots,fallback_nodes,boundary_work,traction_work,body_force_work,"
-                 "artificial_viscosity_work,"
-                 "damped_energy,nodal_kinetic_energy,unresolved_kinetic_energy,stress_update_energy,projection_energy,"
-                 "filter_energy,half_step_energy" +
-                     exchanges);
+    history_ = start_table(
+        "history.csv", "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy,"
+                       "dissipated_energy,"
+                       "projection_mass_before,projection_mass_after,projection_momentum_x_before,projection_momentum_y_before,"
+                       "projection_momentum_z_before,projection_momentum_x_after,projection_momentum_y_after,"
+                       "projection_momentum_z_after,dropped_pivots,fallback_nodes,boundary_work,traction_work,body_force_work,"
+                       "artificial_viscosity_work,"
+                       "damped_energy,nodal_kinetic_energy,unresolved_kinetic_energy,stress_update_energy,projection_energy,"
+                       "filter_energy,half_step_energy" +
+                           exchanges);
     make_probes();
     for (std::size_t k = 0; k < probes_.size(); ++k) {
         std::string header = "time";
@@ -120,21 +128,39 @@ void Writer<D>::start_files()
         } else {
             header += columns<D>("velocity");
         }
-        probes_[k].file = LineFile(directory_.file(probe_file(input_.probes[k])), header + ",density");
+        probes_[k].file = start_table(probe_file(input_.probes[k]), header + ",density");
     }
     for (std::size_t k = 0; input_.output.per_body && k < input_.bodies.size(); ++k)
-        bodies_.emplace_back(directory_.file(body_file(k)),
-                             "time,mass,center_x,center_y,center_z,momentum_x,momentum_y,momentum_z,angular_momentum_x,"
-                             "angular_momentum_y,angular_momentum_z,kinetic_energy,strain_energy,potential_energy");
-    write_resolved_case();  // last: it marks that the others exist
+        bodies_.push_back(start_table(body_file(k),
+                                      "time,mass,center_x,center_y,center_z,momentum_x,momentum_y,momentum_z,angular_momentum_x,"
+                                      "angular_momentum_y,angular_momentum_z,kinetic_energy,strain_energy,potential_energy"));
+    if (is_first()) write_resolved_case();  // last: it marks that the others exist
 }
 
-/// If the run is killed here at any moment, the lists name existing files only, and it can be restarted again.
 template <int D>
 void Writer<D>::go_on_with_files()
 {
     make_probes();
-    std::vector<std::string> tables = table_files(input_), kept = tables;
+    const std::vector<std::string> tables = table_files(input_);
+    if (!is_first()) {
+        bodies_.resize(tables.size() - probes_.size() - 1);
+        return;
+    }
+    remove_later_files();
+    write_resolved_case();
+    auto go_on = [&](std::size_t k) {
+        return LineFile(directory_.file(tables[k]), written_.table_sizes[k], written_.table_sums[k]);
+    };
+    history_ = go_on(0);
+    for (std::size_t k = 0; k < probes_.size(); ++k) probes_[k].file = go_on(k + 1);
+    for (std::size_t k = probes_.size() + 1; k < tables.size(); ++k) bodies_.push_back(go_on(k));
+}
+
+/// If the run is killed here at any moment, the lists name existing files only, and it can be restarted again.
+template <int D>
+void Writer<D>::remove_later_files()
+{
+    std::vector<std::string> kept = table_files(input_);
     kept.emplace_back("particles.pvd");
     if (!written_.grid_frames.empty()) kept.emplace_back("grid.pvd");
     for (std::size_t k = 0; k < written_.frames.size(); ++k) kept.push_back(frame_file("particles", k));
@@ -154,13 +180,6 @@ void Writer<D>::go_on_with_files()
                std::filesystem::exists(directory_.path() / name);  // else it was killed before it was made
     });
     directory_.remove(rest);
-    write_resolved_case();
-    auto go_on = [&](std::size_t k) {
-        return LineFile(directory_.file(tables[k]), written_.table_sizes[k], written_.table_sums[k]);
-    };
-    history_ = go_on(0);
-    for (std::size_t k = 0; k < probes_.size(); ++k) probes_[k].file = go_on(k + 1);
-    for (std::size_t k = probes_.size() + 1; k < tables.size(); ++k) bodies_.push_back(go_on(k));
 }
 
 template <int D>
@@ -191,7 +210,7 @@ void Writer<D>::after_step(Simulation<D>& sim, const StepSize& step)
 template <int D>
 void Writer<D>::failed(Simulation<D>& sim, const NumericalError&)
 {
-    const bool means_something = std::isfinite(totals(model_, sim.state().particles).total_energy());
+    const bool means_something = std::isfinite(totals(model_, sim.state()).total_energy());
     if (means_something && has_stepped(sim.state())) row(sim.state());
     last_frame(sim.state());
 }
@@ -225,7 +244,7 @@ void Writer<D>::row(State<D>& s)
 {
     if (written_.row_step == s.n) return;
     written_.row_step         = s.n;
-    const Totals e            = totals(model_, s.particles);
+    const Totals e            = totals(model_, s);
     const ProjectionReport& p = s.projection;
     const Account& a          = s.account;
     const SchemeEnergy scheme = scheme_energy(e, s);
@@ -243,39 +262,48 @@ void Writer<D>::row(State<D>& s)
         exchanges += fmt::format("{}{},{},{},{}", values(x.force), values(x.moment), x.friction, x.dissipated, o.work);
         exchanges += values(padded(o.center)) + values(padded(o.velocity)) + values(o.spin);
     }
-    history_.add(fmt::format("{},{},{}{},{},{},{},{},{},{},{}{}{},{},{},{},{},{},{},{}{}", s.t, s.dt_prev, e.mass,
-                             values(e.momentum), e.kinetic_energy, e.strain_energy, e.total_energy(), e.potential, e.dissipated,
-                             p.mass_before, p.mass_after, values(p.momentum_before), values(p.momentum_after), p.fit.dropped,
-                             p.fit.fallback, a.boundary_work(), a.traction_work(), a.body_force_work, e.artificial, a.damped,
-                             exchanges));
+    add(history_,
+        fmt::format("{},{},{}{},{},{},{},{},{},{},{}{}{},{},{},{},{},{},{},{}{}", s.t, s.dt_prev, e.mass, values(e.momentum),
+                    e.kinetic_energy, e.strain_energy, e.total_energy(), e.potential, e.dissipated, p.mass_before, p.mass_after,
+                    values(p.momentum_before), values(p.momentum_after), p.fit.dropped, p.fit.fallback, a.boundary_work(),
+                    a.traction_work(), a.body_force_work, e.artificial, a.damped, exchanges));
     for (std::size_t k = 0; k < bodies_.size(); ++k) {
-        const BodyTotals b = totals_of_body(model_, s.particles, static_cast<int>(k));
+        const BodyTotals b = totals_of_body(model_, s, static_cast<int>(k));
         if (b.mass == 0) continue;  // it was taken out
-        bodies_[k].add(fmt::format("{},{}{}{}{},{},{},{}", s.t, b.mass, values(b.center), values(b.momentum), values(b.spin),
-                                   b.kinetic_energy, b.strain_energy, b.potential));
+        add(bodies_[k], fmt::format("{},{}{}{}{},{},{},{}", s.t, b.mass, values(b.center), values(b.momentum), values(b.spin),
+                                    b.kinetic_energy, b.strain_energy, b.potential));
     }
     for (Probe& probe : probes_)
-        if (probe.particle >= 0 || s.n > 0) probe_row(probe, s);  // the grid holds nothing before the first step
+        if (probe.particle >= 0)
+            if (const std::string line = particle_line(probe, s); !line.empty()) add(probe.file, line);
+    const bool has_points = std::any_of(probes_.begin(), probes_.end(), [](const Probe& one) { return one.particle < 0; });
+    if (!has_points || s.n == 0) return;  // the grid holds nothing before the first step
+    auto is_near_one = [&](const IndexBox<D>& nodes) {
+        return std::any_of(probes_.begin(), probes_.end(),
+                           [&](const Probe& one) { return one.particle < 0 && is_sampled(s, one.point, nodes); });
+    };
+    const Gathered<D> gathered(model_, s, false, is_near_one);
+    for (Probe& probe : probes_) {
+        if (probe.particle >= 0 || !is_first()) continue;
+        const GridSample<D> g = sample_grid(s, probe.point);
+        add(probe.file, fmt::format("{}{},{}", s.t, values(g.velocity), g.density));
+    }
 }
 
+/// Of a particle, on the rank that has it and on the first; empty if its body was taken out.
 template <int D>
-void Writer<D>::probe_row(Probe& probe, State<D>& s)
+std::string Writer<D>::particle_line(const Probe& probe, const State<D>& s) const
 {
     const Particles<D>& p = s.particles;
-    std::string line      = fmt::format("{}", s.t);
-    if (probe.particle >= 0) {
-        int i = 0;
-        while (i < p.count && p.id[i] != probe.particle) ++i;
-        if (i == p.count) return;  // its body was taken out
-        line += values(place_in_period(model_, p, i)) + values(displacement(model_, p, i)) + values(p.v[i]);
+    int i                 = 0;
+    while (i < p.count && p.id[i] != probe.particle) ++i;
+    return text_of_first(ranks_, tile_of_particle(s, i), [&] {
+        std::string line =
+            fmt::format("{}", s.t) + values(place_in_period(model_, p, i)) + values(displacement(model_, p, i)) + values(p.v[i]);
         for (int a = 0; a < D; ++a)
             for (int b = a; b < D; ++b) line += fmt::format(",{}", p.sigma[i](a, b));
-        line += fmt::format(",{}", p.m[i] / p.V[i]);
-    } else {
-        const GridSample<D> g = sample_grid(s, probe.point);
-        line += values(g.velocity) + fmt::format(",{}", g.density);
-    }
-    probe.file.add(line);
+        return line + fmt::format(",{}", p.m[i] / p.V[i]);
+    });
 }
 
 template <int D>
@@ -283,16 +311,20 @@ void Writer<D>::frame(State<D>& s)
 {
     if (written_.frame_step == s.n) return;
     const std::size_t number = written_.frames.size();
-    write_particles(directory_.file(frame_file("particles", number)), model_, s, style_of(input_.output));
-    if (input_.output.grid && s.n > 0) {
-        write_grid(directory_.file(frame_file("grid", number)), s);
-        written_.grid_frames.push_back(static_cast<std::int32_t>(number));
+    const bool has_grid      = input_.output.grid && s.n > 0;
+    {
+        const Gathered<D> gathered(model_, s, true, [=](const IndexBox<D>&) { return has_grid; });
+        on_first(ranks_, [&] {
+            write_particles(directory_.file(frame_file("particles", number)), model_, s, style_of(input_.output));
+            if (has_grid) write_grid(directory_.file(frame_file("grid", number)), s);
+            if (!model_.contacts.empty()) write_contacts(directory_.file(frame_file("contact", number)), model_, s);
+        });
     }
-    if (!model_.contacts.empty()) write_contacts(directory_.file(frame_file("contact", number)), model_, s);
+    if (has_grid) written_.grid_frames.push_back(static_cast<std::int32_t>(number));
     written_.frames.push_back(s.t);
     written_.frame_step = s.n;
     last_frame_         = s.t;
-    write_lists();
+    on_first(ranks_, [&] { write_lists(); });
     flush(LineFile::When::soon);
 }
 
@@ -331,9 +363,11 @@ Written Writer<D>::written()
 template <int D>
 void Writer<D>::flush(LineFile::When when)
 {
-    history_.flush(when);
-    for (Probe& p : probes_) p.file.flush(when);
-    for (LineFile& b : bodies_) b.flush(when);
+    on_first(ranks_, [&] {
+        history_.flush(when);
+        for (Probe& p : probes_) p.file.flush(when);
+        for (LineFile& b : bodies_) b.flush(when);
+    });
 }
 
 template class Writer<1>;

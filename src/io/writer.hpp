@@ -18,22 +18,23 @@ namespace ordo::io {
 /// What [output] says of files of particles.
 FrameStyle style_of(const OutputInput& input);
 
-/// Writes rows and frames when they are due, at the start, at the end of a stage and of the run, and after a failure.
+/// Writes rows and frames when they are due, at the start, at the end of a stage and of the run, and after a failure. Of several ranks
+/// the first writes; all call the same functions.
 template <int D>
 class Writer : public Observer<D> {
   public:
     /// Removes the files of an earlier run, writes the resolved case and the headers.
-    Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, const Particles<D>& particles);
+    Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, Ranks& ranks, const Particles<D>& particles);
     /// Continues the files of an interrupted run, cut back to the lengths in `written`; require_files has checked them. Starts new
     /// files if the directory has none.
-    Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, const Written& written);
+    Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, Ranks& ranks, const Written& written);
 
     void started(Simulation<D>& sim) override;
     void after_step(Simulation<D>& sim, const StepSize& step) override;
     void failed(Simulation<D>& sim, const NumericalError&) override;
     void ended(Simulation<D>& sim) override;
 
-    /// Also writes all pending rows to the tables.
+    /// Also writes all pending rows to the tables, whose sizes only the first rank knows.
     Written written();
     std::size_t frame_count() const { return written_.frames.size(); }
     const std::filesystem::path& directory() const { return directory_.path(); }
@@ -53,17 +54,25 @@ class Writer : public Observer<D> {
     /// Before the first step after a restart there are no nodes and no projection to write.
     bool has_stepped(const State<D>& s) const { return !resumed_at_ || s.n > *resumed_at_; }
     void start_files();
+    LineFile start_table(const std::string& file, const std::string& header);
     void go_on_with_files();
+    void remove_later_files();
     void make_probes();
     void write_resolved_case() const;
     void write_lists() const;
     void flush(LineFile::When when);
-    void probe_row(Probe& probe, State<D>& s);
+    std::string particle_line(const Probe& probe, const State<D>& s) const;
+    bool is_first() const { return ranks_.index() == 0; }
+    void add(LineFile& file, std::string_view line)
+    {
+        if (is_first()) file.add(line);
+    }
 
     const CaseInput& input_;
     const std::vector<Exchanging> exchanging_ = exchanging(input_);
     const Model<D>& model_;
     RunDirectory& directory_;
+    Ranks& ranks_;
     LineFile history_;
     std::vector<Probe> probes_;
     std::vector<LineFile> bodies_;  ///< none if they are not wanted

@@ -18,7 +18,7 @@ void average_bodies(State<D>& s, double* u)
     Lanes* records          = s.averages.records.data();
     for (int first = 0; first < s.averages.body_count; first += kBodiesOfRecord) {
         clear(records, s.field.tiles);
-        s.field.tiles.for_each_by_colour([&](const Tile& t) {
+        s.field.tiles.for_each_by_colour({{records}}, [&](const Tile& t) {
             spread_averages<D, at_vertices>(s.lattice, p, V, u, records + t.first_node, first, t.begin, t.end);
         });
         s.field.halo.add(records, 0, NodeLane::end);
@@ -50,8 +50,8 @@ void prepare_averages(const Model<D>& model, State<D>& s)
         a.u          = Array<double>(p.count);
         a.weights    = Array<double>(p.count);
         a.increments = Array<Mat<D>>(p.count);
-        a.body_count = *std::max_element(s.particles.body.begin(), s.particles.body.end()) + 1;
     }
+    if (a.body_count == 0) a.body_count = body_count(s);
     parallel_for_each(p.count, [&](std::ptrdiff_t i) { a.weights[i] = averages_total(model, p, i) ? p.V0[i] : p.V[i]; });
 }
 

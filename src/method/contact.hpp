@@ -115,7 +115,7 @@ struct Contacts {
     std::vector<ContactExchange> pairs;        ///< by Model::contacts, those of two bodies
     std::vector<ObstacleMotion<D>> obstacles;  ///< by Model::obstacles
     double dt = 0.0;                           ///< of the last impulses, s
-    std::vector<int> place_of;                 ///< where the sort has put the particle of an id; -1 for those taken out
+    std::vector<int> place_of;                 ///< where the sort has put the particle of an id; -1 where there is none
     Array<int> number;                         ///< scratch: of nodes
 
     /// Whether the model has any.

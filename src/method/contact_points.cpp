@@ -348,23 +348,33 @@ class ObstacleFinder {
             if (near[v]) add({pair, 0, static_cast<int>(v), 0}, surface, normals, shifts, to);
         });
     }
-    /// Of the particles of a body, half of whose size is between them and their surface.
-    std::vector<ContactPoint<D>> all(int pair, int body, const Particles<D>& p) const
+    /// Of the particles of a body, half of whose size is between them and their surface. On all ranks those of all.
+    std::vector<ContactPoint<D>> all(int pair, int body, const Particles<D>& p, Ranks& ranks) const
     {
-        if (p.count == 0) return {};
-        const double largest = parallel_reduce(
-            p.count, 0.0, [&](std::ptrdiff_t i) { return p.body[i] == body ? p.V[i] : 0.0; },
-            [](double& most, double V) { most = std::max(most, V); });
-        const double more      = std::pow(largest, 1.0 / D) / 2;
-        const Extent<D> places = parallel_reduce(
-            p.count, Extent<D>{p.x[0], p.x[0]},
+        using Most      = std::array<double, 1 + 2 * D>;  // of volumes, of places, and of places with the other sign
+        Most most_first = {0.0};
+        std::fill(most_first.begin() + 1, most_first.end(), -std::numeric_limits<double>::infinity());
+        Most most = parallel_reduce(
+            p.count, most_first,
             [&](std::ptrdiff_t i) {
-                return Extent<D>{p.x[i], p.x[i]};
+                Most one{p.body[i] == body ? p.V[i] : 0.0};
+                for (int a = 0; a < D; ++a) {
+                    one[1 + a]     = p.x[i][a];
+                    one[1 + D + a] = -p.x[i][a];
+                }
+                return one;
             },
-            [](Extent<D>& all, const Extent<D>& one) {
-                all.add(one.low);
-                all.add(one.high);
+            [](Most& all, const Most& one) {
+                for (std::size_t k = 0; k < all.size(); ++k) all[k] = std::max(all[k], one[k]);
             });
+        ranks.largest(most);
+        if (std::isinf(most[1])) return {};
+        const double more = std::pow(most[0], 1.0 / D) / 2;
+        Extent<D> places;
+        for (int a = 0; a < D; ++a) {
+            places.high[a] = most[1 + a];
+            places.low[a]  = -most[1 + D + a];
+        }
         const std::vector<Vec<D>> shifts = shifts_of(places, more);
         std::vector<ContactPoint<D>> r =
             in_pieces<D>(static_cast<std::size_t>(p.count), [&](std::ptrdiff_t i, std::vector<ContactPoint<D>>& to) {
@@ -375,6 +385,11 @@ class ObstacleFinder {
                 to.push_back(point_at({pair, 0, p.id[i], 0}, p.x[i], std::pow(size, D - 1), *foot));
                 to.back().gap -= size / 2;
             });
+        if (!ranks.is_alone()) {
+            const auto all_points = gather_all(ranks, r);
+            r.clear();
+            for (const auto& of_rank : all_points) r.insert(r.end(), of_rank.begin(), of_rank.end());
+        }
         std::sort(r.begin(), r.end(), [](const auto& a, const auto& b) { return a.key < b.key; });
         return r;
     }
@@ -440,6 +455,37 @@ class ObstacleFinder {
     Vec<D> period_;
     Bounds<D> bounds_;
 };
+
+/// Where a holder has its vertex, m, and the periods that it has travelled.
+template <int D>
+struct Held {
+    int holder = -1;  ///< its number; -1 if no rank has it
+    Vec<D> x{};
+    Turns<D> turns{};
+};
+
+/// By the holders of a surface, on all ranks; empty if the body was taken out. Of cells the first holder of each vertex counts.
+template <int D>
+std::vector<Held<D>> held_by(const ContactSurface<D>& surface, const Model<D>& model, const State<D>& s)
+{
+    const Particles<D>& p = s.particles;
+    std::vector<Held<D>> held(surface.holders.size());
+    parallel_for_each(static_cast<std::ptrdiff_t>(held.size()), [&](std::ptrdiff_t k) {
+        const auto& holder = surface.holders[k];
+        const int i        = s.contacts.place_of[holder.particle];
+        if (i < 0) return;
+        held[k].holder = static_cast<int>(k);
+        held[k].x      = has_cells(model.method) ? p.corner[p.cell[i][holder.corner]] : p.x[i] + p.edges[i] * holder.place;
+        if (!p.turns.empty()) held[k].turns = p.turns[i];
+    });
+    if (!s.ranks->is_alone()) {
+        std::vector<Held<D>> mine = held;
+        std::erase_if(mine, [](const Held<D>& one) { return one.holder < 0; });
+        for (const std::vector<Held<D>>& of_rank : gather_all(*s.ranks, mine))
+            for (const Held<D>& one : of_rank) held[one.holder] = one;
+    }
+    return held.front().holder < 0 ? std::vector<Held<D>>{} : held;
+}
 
 /// A direction of an obstacle at the start, as it is now.
 template <int D>
@@ -513,22 +559,19 @@ void keep_planes_of_symmetry(const std::vector<Condition<D>>& conditions, Contac
 template <int D>
 std::vector<Vec<D>> vertices_of(const ContactSurface<D>& surface, const Model<D>& model, const State<D>& s)
 {
-    const Particles<D>& p = s.particles;
-    if (s.contacts.place_of[surface.holders.front().particle] < 0) return {};
+    const std::vector<Held<D>> held = held_by(surface, model, s);
+    if (held.empty()) return {};
     const Vec<D> period = period_of(model);
     std::vector<Vec<D>> r(surface.outline.corners.size());
     parallel_for_each(static_cast<std::ptrdiff_t>(r.size()), [&](std::ptrdiff_t v) {
-        if (!p.cell.empty()) {
-            const auto& holder = surface.holders[surface.first[v]];
-            r[v]               = p.corner[p.cell[s.contacts.place_of[holder.particle]][holder.corner]];
+        if (has_cells(model.method)) {
+            r[v] = held[surface.first[v]].x;
             return;
         }
         for (int k = surface.first[v]; k < surface.first[v + 1]; ++k) {
-            const auto& holder = surface.holders[k];
-            const int i        = s.contacts.place_of[holder.particle];
-            r[v] += p.x[i] + p.edges[i] * holder.place;
+            r[v] += held[k].x;
             for (int a = 0; a < D; ++a)
-                if (period[a] > 0) r[v][a] += p.turns[i][a] * period[a];
+                if (period[a] > 0) r[v][a] += held[k].turns[a] * period[a];
         }
         r[v] *= 1.0 / (surface.first[v + 1] - surface.first[v]);
         for (int a = 0; a < D && !surface.outline.planes.empty(); ++a)  // each half drifts away from its image
@@ -554,7 +597,7 @@ std::vector<ContactPoint<D>> find_contact_points(const Model<D>& model, const St
             const ObstacleFinder<D> finder(model.obstacles[pair.obstacle], motion, reach, dt, period);
             const int own = pair.surface[0];
             if (own < 0) {
-                const auto found = finder.all(number, pair.body, s.particles);
+                const auto found = finder.all(number, pair.body, s.particles, *s.ranks);
                 r.insert(r.end(), found.begin(), found.end());
             } else if (!vertices[own].empty()) {
                 auto point = [&](const TiedPoint<D>& tied) {

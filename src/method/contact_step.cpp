@@ -266,16 +266,40 @@ class Meeting {
         v_start_.resize(node_.size());
         inverse_mass_.resize(node_.size());
         impulse_.assign(node_.size(), {});
+        const std::vector<Met> met = met_nodes();
         parallel_for_each(count(node_), [&](std::ptrdiff_t k) {
-            const Lanes& node = nodes_[node_[k]];
+            const Lanes& node = met[k].record;
             v_[k]             = velocity_of<D>(node);
             for (int a = 0; a < D; ++a) v_start_[k][a] = v_[k][a] - node[NodeLane::increment + a];
-            const double m   = node[NodeLane::mass];
-            inverse_mass_[k] = Vec<D>::filled(m > 0 ? 1 / m : 0.0);
+            const double m = node[NodeLane::mass];
+            for (int a = 0; a < D; ++a) inverse_mass_[k][a] = m > 0 && !met[k].is_held[a] ? 1 / m : 0.0;
+        });
+    }
+
+    /// A node of contact.
+    struct Met {
+        Lanes record;
+        Vec<D, bool> is_held{};  ///< components, by conditions
+        int number = 0;          ///< in node_
+    };
+    /// Of all of them, which several ranks may hold: all ranks solve the same contact.
+    std::vector<Met> met_nodes() const
+    {
+        std::vector<Met> met(node_.size());
+        parallel_for_each(count(met), [&](std::ptrdiff_t k) {
+            met[k].record = nodes_[node_[k]];
+            met[k].number = static_cast<int>(k);
         });
         s_.field.constraints.for_each([&](std::ptrdiff_t node, int a, bool) {
-            if (number[node] > 0) inverse_mass_[number[node] - 1][a] = 0.0;
+            if (const int k = s_.contacts.number[node] - 1; k >= 0) met[k].is_held[a] = true;
         });
+        if (s_.ranks->is_alone()) return met;
+        std::vector<Met> mine;
+        for (const Met& one : met)
+            if (s_.field.tiles.counts_record(node_[one.number])) mine.push_back(one);
+        for (const std::vector<Met>& of_rank : gather_all(*s_.ranks, mine))
+            for (const Met& one : of_rank) met[one.number] = one;
+        return met;
     }
 
     /// The values of nodes at the vertices.

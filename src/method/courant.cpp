@@ -185,6 +185,13 @@ class Speeds {
     bool is_constant_;
 };
 
+/// The largest rate(i) of n particles here and those of other ranks; 0 if there is none.
+template <class Rate>
+double largest_over(Ranks& ranks, std::ptrdiff_t n, const Rate& rate)
+{
+    return largest(ranks, parallel_reduce(n, 0.0, rate, [](double& total, double one) { total = std::max(total, one); }));
+}
+
 /// How long a particle's domain is along axis a, cells. Before the start of a run F is 0.
 template <int D>
 double cells_along(const Model<D>& model, const Particles<D>& p, std::ptrdiff_t i, int a)
@@ -209,26 +216,23 @@ double cells_along(const Model<D>& model, const Particles<D>& p, std::ptrdiff_t 
 /// The shortest time in which a wave crosses a cell, s: h over (P-wave speed + |v|) for particles that spread to the grid, and
 /// 2/w of enriched cells, see enriched_time_step. `of_domains`: divided by what strain takes from the stable Courant number.
 template <int D>
-double crossing_time(const Model<D>& model, const Particles<D>& particles, bool of_domains = false)
+double crossing_time(const Model<D>& model, const Particles<D>& particles, Ranks& ranks, bool of_domains = false)
 {
     const double full     = stable_courant_number(model.method, 1);
     const bool strains    = of_domains && has_limit_of_strain(model.method);
     const double enriched = enriched_time_step(model, particles);
     if (model.method.enrichment == Enrichment::all) return enriched;
     const Speeds<D> speeds(model, particles);
-    const double rate = parallel_reduce(
-        particles.count, 0.0,
-        [&](std::ptrdiff_t i) {
-            const double speed = speeds.wave(i) + norm(particles.v[i]);
-            double r           = 0.0;
-            for (int a = 0; a < D; ++a) {
-                const double taken =
-                    strains ? std::max(full / stable_number_of_domains(cells_along(model, particles, i, a)), 1.0) : 1.0;
-                r = std::max(r, taken * speed / model.h[a]);
-            }
-            return r;
-        },
-        [](double& total, double r) { total = std::max(total, r); });
+    const double rate = largest_over(ranks, particles.count, [&](std::ptrdiff_t i) {
+        const double speed = speeds.wave(i) + norm(particles.v[i]);
+        double r           = 0.0;
+        for (int a = 0; a < D; ++a) {
+            const double taken =
+                strains ? std::max(full / stable_number_of_domains(cells_along(model, particles, i, a)), 1.0) : 1.0;
+            r = std::max(r, taken * speed / model.h[a]);
+        }
+        return r;
+    });
     return std::min(enriched, rate > 0 ? 1 / rate : std::numeric_limits<double>::infinity());
 }
 
@@ -236,15 +240,13 @@ double crossing_time(const Model<D>& model, const Particles<D>& particles, bool 
 /// space. The fastest mode is longitudinal: 2 eta dev d is (4/3) eta d_xx there. Where waves of the grid are faster than those of
 /// hats with lumped mass, by 1/courant_scale along one axis, the same mode decays faster by the square of that.
 template <int D>
-double viscous_time_step(const Model<D>& model, const Particles<D>& particles)
+double viscous_time_step(const Model<D>& model, const Particles<D>& particles, Ranks& ranks)
 {
     constexpr double no_limit = std::numeric_limits<double>::infinity();
     const Speeds<D> speeds(model, particles);
     if (speeds.is_constant()) return no_limit;
-    const double viscosity = parallel_reduce(
-        particles.count, 0.0, [&](std::ptrdiff_t i) { return speeds.viscosity(i); },
-        [](double& total, double one) { total = std::max(total, one); });
-    double curvature = 0.0;
+    const double viscosity = largest_over(ranks, particles.count, [&](std::ptrdiff_t i) { return speeds.viscosity(i); });
+    double curvature       = 0.0;
     for (int a = 0; a < D; ++a) curvature += 1 / (model.h[a] * model.h[a]);
     const double scale = std::min(courant_scale(model.method, 1, !model.surface.empty()), 1.0);
     return viscosity > 0 ? scale * scale / (2 * (4.0 / 3) * viscosity * curvature) : no_limit;
@@ -273,31 +275,32 @@ double stable_courant_number(const Model<D>& model)
 }
 
 template <int D>
-double courant_time_step(const Model<D>& model, const Particles<D>& particles)
+double courant_time_step(const Model<D>& model, const Particles<D>& particles, Ranks& ranks)
 {
-    return courant_scale(model) * crossing_time(model, particles);
+    return courant_scale(model) * crossing_time(model, particles, ranks);
 }
 
 template <int D>
-double stable_time_step(const Model<D>& model, const Particles<D>& particles)
+double stable_time_step(const Model<D>& model, const Particles<D>& particles, Ranks& ranks)
 {
-    return combined(stable_courant_number(model) * crossing_time(model, particles, true), viscous_time_step(model, particles));
+    return combined(stable_courant_number(model) * crossing_time(model, particles, ranks, true),
+                    viscous_time_step(model, particles, ranks));
 }
 
 template <int D>
-double automatic_time_step(const Model<D>& model, const Particles<D>& particles, double cfl)
+double automatic_time_step(const Model<D>& model, const Particles<D>& particles, double cfl, Ranks& ranks)
 {
-    const double crossing = crossing_time(model, particles);
-    const double strained = has_limit_of_strain(model.method) ? crossing_time(model, particles, true) : crossing;
+    const double crossing = crossing_time(model, particles, ranks);
+    const double strained = has_limit_of_strain(model.method) ? crossing_time(model, particles, ranks, true) : crossing;
     const double limit    = std::min(cfl * courant_scale(model) * crossing, stable_courant_number(model) * strained);
-    return combined(limit, viscous_time_step(model, particles));
+    return combined(limit, viscous_time_step(model, particles, ranks));
 }
 
-#define ORDO_TIME_STEPS(D)                                                   \
-    template double stable_courant_number(const Model<D>&);                  \
-    template double courant_time_step(const Model<D>&, const Particles<D>&); \
-    template double stable_time_step(const Model<D>&, const Particles<D>&);  \
-    template double automatic_time_step(const Model<D>&, const Particles<D>&, double);
+#define ORDO_TIME_STEPS(D)                                                           \
+    template double stable_courant_number(const Model<D>&);                          \
+    template double courant_time_step(const Model<D>&, const Particles<D>&, Ranks&); \
+    template double stable_time_step(const Model<D>&, const Particles<D>&, Ranks&);  \
+    template double automatic_time_step(const Model<D>&, const Particles<D>&, double, Ranks&);
 ORDO_TIME_STEPS(1)
 ORDO_TIME_STEPS(2)
 ORDO_TIME_STEPS(3)

@@ -2,6 +2,7 @@
 // every time step. The limits are data found by the case `dispersion` of `ordo verify`; its tests check them.
 #pragma once
 
+#include "base/ranks.hpp"
 #include "method/spec.hpp"
 
 #include <string_view>
@@ -48,15 +49,15 @@ const Instability* instability_of(const MethodSpec& s);
 template <int D>
 double stable_courant_number(const Model<D>& model);
 
-/// h over (P-wave speed + |v|), the smallest over axes and particles, s: times courant_scale, which `cfl` multiplies, or times
+/// h over (P-wave speed + |v|), the smallest over axes and particles of all ranks, s: times courant_scale, which `cfl` multiplies, or times
 /// stable_courant_number, the limit of every time step.
 template <int D>
-double courant_time_step(const Model<D>& model, const Particles<D>& particles);
+double courant_time_step(const Model<D>& model, const Particles<D>& particles, Ranks& ranks = alone());
 template <int D>
-double stable_time_step(const Model<D>& model, const Particles<D>& particles);
+double stable_time_step(const Model<D>& model, const Particles<D>& particles, Ranks& ranks = alone());
 
 /// The time step for a `cfl`, s.
 template <int D>
-double automatic_time_step(const Model<D>& model, const Particles<D>& particles, double cfl);
+double automatic_time_step(const Model<D>& model, const Particles<D>& particles, double cfl, Ranks& ranks = alone());
 
 }  // namespace ordo

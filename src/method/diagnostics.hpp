@@ -1,8 +1,8 @@
-// Sums over all particles: mass, momentum, energies. They do not depend on the number of threads.
+// Sums over all particles: mass, momentum, energies.
 #pragma once
 
 #include "kernels/scatter.hpp"
-#include "method/state.hpp"
+#include "method/sums.hpp"
 #include "particles/batch.hpp"
 
 namespace ordo {
@@ -60,44 +60,28 @@ class StoredEnergy {
     std::vector<std::vector<const double*>> columns_;  ///< [material]
 };
 
-/// Mass and momentum of all particles, in the lanes of a node.
+/// Mass and momentum of all particles.
 template <int D>
-Lanes mass_and_momentum(const ParticleView<D>& p)
+MassAndMomentum mass_and_momentum(const State<D>& s)
 {
-    return parallel_reduce(
-        p.count, Lanes(0.0), [&](std::ptrdiff_t i) { return mass_momentum(p.m[i], p.v[i], 0.0); },
-        [](Lanes& total, const Lanes& one) { total += one; });
+    const Particles<D>& p = s.particles;
+    return sum_over_particles<4>(s, [&](int i) { return mass_and_momentum_of(mass_momentum(p.m[i], p.v[i], 0.0)); });
 }
 
 /// Of particles with the velocities v, J.
 template <int D>
-double kinetic_energy(const Particles<D>& p, const Vec<D>* v)
+double kinetic_energy(const State<D>& s, const Vec<D>* v)
 {
-    return parallel_reduce(
-        p.count, 0.0, [&](std::ptrdiff_t i) { return 0.5 * p.m[i] * dot(v[i], v[i]); },
-        [](double& total, double one) { total += one; });
+    return sum_over_particles<1>(s, [&](int i) { return Numbers<1>{{0.5 * s.particles.m[i] * dot(v[i], v[i])}}; })[0];
 }
 
 template <int D>
-Totals totals(const Model<D>& model, const Particles<D>& p)
+Totals totals(const Model<D>& model, const State<D>& s)
 {
-    struct Sums {  // lane k: sums over every eighth particle
-        Lanes mass{}, kinetic_energy{}, strain_energy{}, potential{}, dissipated{}, artificial{};
-        Vec<D, Lanes> momentum{};
-
-        void operator+=(const Sums& o)
-        {
-            mass += o.mass;
-            kinetic_energy += o.kinetic_energy;
-            strain_energy += o.strain_energy;
-            potential += o.potential;
-            dissipated += o.dissipated;
-            artificial += o.artificial;
-            momentum += o.momentum;
-        }
-    };
-    const int column         = p.history_column("dissipated");
-    const double* dissipated = column < 0 ? nullptr : p.history[column].data();
+    enum { mass, momentum, kinetic = momentum + 3, strain, potential, dissipated, artificial, count };
+    const Particles<D>& p     = s.particles;
+    const int column          = p.history_column("dissipated");
+    const double* dissipation = column < 0 ? nullptr : p.history[column].data();
     const StoredEnergy<D> energy(model.materials, p);
     auto way = [&](const Batch& b) {
         Vec<D, Lanes> x = load(p.x.data(), b);
@@ -108,32 +92,35 @@ Totals totals(const Model<D>& model, const Particles<D>& p)
     };
     Vec<D, Lanes> gravity;
     for (int a = 0; a < D; ++a) gravity[a] = Lanes(model.gravity[a]);
-    const Sums sums = parallel_reduce((p.count + Batch::size - 1) / Batch::size, Sums{},
-                                      [&](std::ptrdiff_t k) {
-                                          const Batch b         = Batch::of(static_cast<int>(k) * Batch::size, p.count);
-                                          const Vec<D, Lanes> v = load(p.v.data(), b);
-                                          Sums r;
-                                          r.mass = load(p.m.data(), b);
-                                          for (int lane = b.count; lane < Batch::size; ++lane) r.mass[lane] = 0.0;
-                                          r.momentum       = r.mass * v;
-                                          r.kinetic_energy = 0.5 * r.mass * dot(v, v);
-                                          r.potential      = -r.mass * dot(gravity, way(b));
-                                          r.strain_energy  = energy(b);
-                                          if (dissipated) r.dissipated = load(p.V0.data(), b) * load(dissipated, b);
-                                          if (!p.q_work.empty()) r.artificial = load(p.V0.data(), b) * load(p.q_work.data(), b);
-                                          for (int lane = b.count; lane < Batch::size; ++lane)
-                                              r.strain_energy[lane] = r.dissipated[lane] = r.artificial[lane] = 0.0;
-                                          return r;
-                                      },
-                                      [](Sums& total, const Sums& one) { total += one; });
-    Totals r{.mass           = sum(sums.mass),
-             .kinetic_energy = sum(sums.kinetic_energy),
-             .strain_energy  = sum(sums.strain_energy),
-             .potential      = sum(sums.potential),
-             .dissipated     = sum(sums.dissipated),
-             .artificial     = sum(sums.artificial)};
-    for (int a = 0; a < D; ++a) r.momentum[a] = sum(sums.momentum[a]);
-    return r;
+    const Numbers<count> sums = sum_over_tiles<count>(s, [&](const Tile& tile) {
+        Lanes parts[count] = {};
+        for (int first = tile.begin; first < tile.end; first += Batch::size) {
+            const Batch b         = Batch::of(first, tile.end);
+            const Vec<D, Lanes> v = load(p.v.data(), b);
+            auto add              = [&](int k, Lanes one) {
+                for (int lane = b.count; lane < Batch::size; ++lane) one[lane] = 0.0;
+                parts[k] += one;
+            };
+            const Lanes m = load(p.m.data(), b);
+            add(mass, m);
+            for (int a = 0; a < D; ++a) add(momentum + a, m * v[a]);
+            add(kinetic, 0.5 * m * dot(v, v));
+            add(potential, -m * dot(gravity, way(b)));
+            add(strain, energy(b));
+            if (dissipation) add(dissipated, load(p.V0.data(), b) * load(dissipation, b));
+            if (!p.q_work.empty()) add(artificial, load(p.V0.data(), b) * load(p.q_work.data(), b));
+        }
+        Numbers<count> r;
+        for (int k = 0; k < count; ++k) r[k] = sum(parts[k]);
+        return r;
+    });
+    return {.mass           = sums[mass],
+            .momentum       = {sums[momentum], sums[momentum + 1], sums[momentum + 2]},
+            .kinetic_energy = sums[kinetic],
+            .strain_energy  = sums[strain],
+            .potential      = sums[potential],
+            .dissipated     = sums[dissipated],
+            .artificial     = sums[artificial]};
 }
 
 /// The sums of one body.
@@ -148,39 +135,38 @@ struct BodyTotals {
 };
 
 template <int D>
-BodyTotals totals_of_body(const Model<D>& model, const Particles<D>& p, int body)
+BodyTotals totals_of_body(const Model<D>& model, const State<D>& s, int body)
 {
+    enum { mass, center, momentum = center + 3, spin = momentum + 3, kinetic = spin + 3, strain, potential, count };
+    const Particles<D>& p = s.particles;
     const StoredEnergy<D> energy(model.materials, p);
-    BodyTotals r = parallel_reduce(
-        p.count, BodyTotals{},
-        [&](std::ptrdiff_t k) {
-            const int i = static_cast<int>(k);
-            BodyTotals one;
-            if (p.body[i] != body) return one;
-            Vec<D> x = p.x[i];
-            for (int a = 0; a < D; ++a)
-                if (model.periodic[a]) x[a] += p.turns[i][a] * model.cells[a] * model.h[a];
-            const Vec<3> at = padded(x), mv = p.m[i] * padded(p.v[i]);
-            one.mass           = p.m[i];
-            one.center         = p.m[i] * at;
-            one.momentum       = mv;
-            one.spin           = {at[1] * mv[2] - at[2] * mv[1], at[2] * mv[0] - at[0] * mv[2], at[0] * mv[1] - at[1] * mv[0]};
-            one.kinetic_energy = 0.5 * p.m[i] * dot(p.v[i], p.v[i]);
-            one.strain_energy  = energy(i);
-            one.potential      = -p.m[i] * dot(model.gravity, x);
-            return one;
-        },
-        [](BodyTotals& total, const BodyTotals& one) {
-            total.mass += one.mass;
-            total.center += one.center;
-            total.momentum += one.momentum;
-            total.spin += one.spin;
-            total.kinetic_energy += one.kinetic_energy;
-            total.strain_energy += one.strain_energy;
-            total.potential += one.potential;
-        });
-    r.center = (1 / r.mass) * r.center;
-    return r;
+    const Numbers<count> sums = sum_over_particles<count>(s, [&](int i) {
+        Numbers<count> one;
+        if (p.body[i] != body) return one;
+        Vec<D> x = p.x[i];
+        for (int a = 0; a < D; ++a)
+            if (model.periodic[a]) x[a] += p.turns[i][a] * model.cells[a] * model.h[a];
+        const Vec<3> at = padded(x), mv = p.m[i] * padded(p.v[i]);
+        one[mass] = p.m[i];
+        for (int a = 0; a < 3; ++a) {
+            const int b = (a + 1) % 3, c = (a + 2) % 3;
+            one[center + a]   = p.m[i] * at[a];
+            one[momentum + a] = mv[a];
+            one[spin + a]     = at[b] * mv[c] - at[c] * mv[b];
+        }
+        one[kinetic]   = 0.5 * p.m[i] * dot(p.v[i], p.v[i]);
+        one[strain]    = energy(i);
+        one[potential] = -p.m[i] * dot(model.gravity, x);
+        return one;
+    });
+    auto vector               = [&](int first) { return Vec<3>{sums[first], sums[first + 1], sums[first + 2]}; };
+    return {.mass           = sums[mass],
+            .center         = (1 / sums[mass]) * vector(center),
+            .momentum       = vector(momentum),
+            .spin           = vector(spin),
+            .kinetic_energy = sums[kinetic],
+            .strain_energy  = sums[strain],
+            .potential      = sums[potential]};
 }
 
 }  // namespace ordo

@@ -6,7 +6,7 @@ template <int D>
 void start_account(const Model<D>& model, State<D>& s)
 {
     s.account.is_wanted = true;
-    s.account.start     = energy_parts(totals(model, s.particles));
+    s.account.start     = energy_parts(totals(model, s));
 }
 
 template <int D>

@@ -11,7 +11,7 @@
 #pragma once
 
 #include "method/diagnostics.hpp"
-#include "method/node_sums.hpp"
+#include "method/sums.hpp"
 
 namespace ordo {
 
@@ -45,17 +45,9 @@ template <int D, class Momentum>
 void add_kick(State<D>& s, const Vec<D>& gravity, double dt, const Lanes* nodes, const Lanes* forces, const Lanes* loads,
               const Momentum& momentum)
 {
-    struct Sums {
-        NodalWork work;
-        double kinetic = 0.0;
-        void operator+=(const Sums& o)
-        {
-            work += o.work;
-            kinetic += o.kinetic;
-        }
-    };
-    const Sums sums = sum_over_nodes(s, Sums{}, [&](std::ptrdiff_t i) {
-        Sums r;
+    enum { stresses, of_loads, of_gravity, constraints, kinetic };
+    const Numbers<5> sums = sum_over_nodes<5>(s, [&](std::ptrdiff_t i) {
+        Numbers<5> r;
         const double m = nodes[i][NodeLane::mass];
         if (!(m > 0)) return r;
         const Lanes mv = momentum(i);
@@ -63,16 +55,16 @@ void add_kick(State<D>& s, const Vec<D>& gravity, double dt, const Lanes* nodes,
             const int velocity = NodeLane::velocity + a, increment = NodeLane::increment + a;
             const double v = nodes[i][velocity], dv = nodes[i][increment], u = v - 0.5 * dv;
             const double f = forces[i][increment], load = loads ? loads[i][increment] : 0.0;
-            r.work.stresses += dt * (f - load) * u - 0.5 * mv[increment] * dv;
-            r.work.loads += dt * load * u;
-            r.work.gravity += dt * m * gravity[a] * u;
-            r.work.constraints += (mv[increment] - dt * (f + m * gravity[a])) * u;
-            r.kinetic += 0.5 * mv[velocity] * v;
+            r[stresses] += dt * (f - load) * u - 0.5 * mv[increment] * dv;
+            r[of_loads] += dt * load * u;
+            r[of_gravity] += dt * m * gravity[a] * u;
+            r[constraints] += (mv[increment] - dt * (f + m * gravity[a])) * u;
+            r[kinetic] += 0.5 * mv[velocity] * v;
         }
         return r;
     });
-    s.account.nodes += sums.work;
-    s.account.nodal_kinetic = sums.kinetic;
+    s.account.nodes += {sums[stresses], sums[of_loads], sums[of_gravity], sums[constraints]};
+    s.account.nodal_kinetic = sums[kinetic];
 }
 
 }  // namespace ordo

@@ -211,13 +211,18 @@ void Explicit<D>::set_velocities(State<D>& s, Lanes* nodes) const
 template <int D>
 void Explicit<D>::hold_term(State<D>& s, Lanes* term, const Kick& by) const
 {
-    const ExchangeSums<D> sums = exchange_sums(s, by);
-    const double before        = s.account.boundary_work();
+    std::vector<ExchangeParts> taken(s.account.is_wanted ? s.account.boundaries.size() : 0);
+    const ExchangeSums<D> sums(s.account.is_wanted ? &taken : nullptr, by.dt);
     s.field.constraints.add_impulses(model().conditions, by.when, sums, [&](std::ptrdiff_t node, int a) {
         return -term[node][NodeLane::mass] * std::exchange(term[node][NodeLane::velocity + a], 0.0);
     });
     s.field.wall_nodes.repeat(model().walls, s.wall_shifts, term, std::vector<Vec<D>>(model().walls.size()), by.when, sums);
-    const double given = before - s.account.boundary_work();  // on top of the kick's, which the account has
+    ExactSum work;  // on top of the kick's, which the account has
+    for (std::size_t k = 0; k < taken.size(); ++k) {
+        s.account.of_boundaries[k] += taken[k];
+        work += taken[k].work;
+    }
+    const double given = -total(*s.ranks, work);
     s.account.nodes.constraints += given;
     s.account.filtered += given;
 }
@@ -491,11 +496,11 @@ void Explicit<D>::find_gradients(State<D>& s, const Lanes* nodes) const
 template <int D>
 void Explicit<D>::report_projection(State<D>& s, const Lanes* nodes, bool has_velocities) const
 {
-    const Lanes after = sum_over_nodes(s, Lanes{}, [&](std::ptrdiff_t i) {
+    const MassAndMomentum after = sum_over_nodes<4>(s, [&](std::ptrdiff_t i) {
         const double factor = has_velocities ? nodes[i][NodeLane::mass] : 1.0;
-        return nodes[i] * make_lanes(factor, factor, factor, 1, 0, 0, 0, 0);
+        return mass_and_momentum_of(nodes[i] * make_lanes(factor, factor, factor, 1, 0, 0, 0, 0));
     });
-    s.projection.set(mass_and_momentum(s.particles.view()), after);
+    s.projection.set(mass_and_momentum(s), after);
 }
 
 template <int D>
@@ -526,7 +531,7 @@ void Explicit<D>::scatter(State<D>& s, typename Passes<D>::Scatter pass, Lanes* 
     Stopwatch watch(times(), StageTimes::scatter);
     Sweep<D> view = sweep(s, nodes, 0.0);
     if (!s.force_stress.empty()) view.p.sigma = s.force_stress.data();
-    s.field.tiles.for_each_by_colour([&](const Tile& tile) { pass(in_field_of(tile, view), tile.begin, tile.end); });
+    s.field.tiles.for_each_by_colour({{nodes}}, [&](const Tile& tile) { pass(in_field_of(tile, view), tile.begin, tile.end); });
     s.field.halo.add(nodes, first_lane, last_lane);
 }
 
@@ -591,14 +596,14 @@ void Explicit<D>::gather_tiles(State<D>& s, const RunPass& run) const
     for (const TileReport& r : reports) {
         move  = std::max(move, r.move);
         reach = std::max(reach, r.reach);
-        s.account.nodes.stresses += r.kicked;
-        s.account.filtered += r.filtered;
-        if (r.fault != Fault::none) s.fault.flag(r.fault, r.particle);
+        if (s.account.is_wanted) {
+            s.account.of_stresses += r.kicked;
+            s.account.of_filters += r.filtered;
+        }
+        if (r.fault != Fault::none) s.report.flag(r.fault, r.particle);
     }
-    s.drift += move;
-    if (reach < 0) return;
-    s.reach = reach;  // measured by passes that move particles
-    s.move  = move;
+    s.report.move += move;
+    if (reach >= 0) s.report.reach = reach;  // measured by passes that move particles
 }
 
 template <int D>
@@ -637,7 +642,7 @@ void Explicit<D>::find_held_by_bodies(State<D>& s) const
         s.field.tiles.for_each_node([&](const Index<D>& at, std::ptrdiff_t node) {
             if (reached[node][NodeLane::mass] > least)
                 s.field.constraints.add(conditions, number, node, Constraints<D>::place_of(s.lattice, at),
-                                        s.lattice.is_image(at));
+                                        s.lattice.is_image(at) || !s.field.tiles.counts_record(node));
         });
         for (std::size_t e = 0; e < s.particles.enriched.size(); ++e) {
             const int c               = s.particles.enriched[e];
@@ -658,8 +663,11 @@ double Explicit<D>::least_mass(State<D>& s, int body) const
 {
     if (s.least_masses.empty()) {
         const Particles<D>& p = s.particles;
-        s.least_masses.assign(static_cast<std::size_t>(*std::max_element(p.body.begin(), p.body.end())) + 1, HUGE_VAL);
+        s.least_masses.assign(static_cast<std::size_t>(body_count(s)), HUGE_VAL);
         for (int i = 0; i < p.count; ++i) s.least_masses[p.body[i]] = std::min(s.least_masses[p.body[i]], p.m[i]);
+        for (double& m : s.least_masses) m *= -1;
+        s.ranks->largest(s.least_masses);
+        for (double& m : s.least_masses) m *= -1;
     }
     return s.least_masses[body];
 }
@@ -671,7 +679,7 @@ void Explicit<D>::scatter_body(State<D>& s, int body, Lanes* nodes) const
     clear_nodes(s, nodes);
     const Sweep<D> view    = sweep(s, nodes, 0.0);
     const std::int32_t* of = s.particles.body.data();
-    s.field.tiles.for_each_by_colour([&](const Tile& tile) {
+    s.field.tiles.for_each_by_colour({{nodes}}, [&](const Tile& tile) {
         for (int begin = tile.begin, end = begin; begin < tile.end; begin = end + 1) {
             end = begin;
             while (end < tile.end && of[end] == body) ++end;

@@ -85,7 +85,7 @@ class Explicit final : public Scheme<D> {
     }
     ExchangeSums<D> exchange_sums(State<D>& s, const Kick& by) const
     {
-        return {s.account.is_wanted ? &s.account.boundaries : nullptr, by.dt};
+        return {s.account.is_wanted ? &s.account.of_boundaries : nullptr, by.dt};
     }
 
     Passes<D> passes_;

@@ -1,5 +1,7 @@
 #include "method/external_work.hpp"
 
+#include "method/sums.hpp"
+
 namespace ordo {
 
 namespace {
@@ -13,7 +15,8 @@ double work_on(const Loaded& before, const Loaded& after)
 }  // namespace
 
 template <int D>
-ExternalWork<D>::ExternalWork(const Model<D>& model, State<D>& s) : model_(model), faces_(faces(s)), particles_(particles(s))
+ExternalWork<D>::ExternalWork(const Model<D>& model, State<D>& s)
+    : model_(model), has_body_force_(field_groups(model).body_force), faces_(faces(s)), particles_(particles(s))
 {}
 
 /// By load.
@@ -45,16 +48,18 @@ template <int D>
 void ExternalWork<D>::add(State<D>& s) const
 {
     const std::vector<Loaded> faces_now = faces(s), particles_now = particles(s);
-    for (Exchange& e : s.account.tractions) e.force = {};
+    std::vector<ExchangeParts> parts(s.account.tractions.size());  // loads of other ranks are zero
     for (std::size_t l = 0; l < faces_now.size(); ++l) {
-        Exchange& e = s.account.tractions[static_cast<std::size_t>(model_.loads[l].traction)];
-        e.work -= work_on(faces_[l], faces_now[l]);
-        e.force += padded(faces_[l].force);
+        ExchangeParts& e = parts[static_cast<std::size_t>(model_.loads[l].traction)];
+        e.work += -work_on(faces_[l], faces_now[l]);
+        for (int a = 0; a < D; ++a) e.force[static_cast<std::size_t>(a)] += faces_[l].force[a];
     }
-    s.account.body_force_work -= parallel_reduce(
-        static_cast<std::ptrdiff_t>(particles_now.size()), 0.0,
-        [&](std::ptrdiff_t i) { return work_on(particles_[i], particles_now[i]); },
-        [](double& total, double one) { total += one; });
+    for (Exchange& e : s.account.tractions) e.force = {};
+    add_over(*s.ranks, parts, s.account.tractions);
+    if (!has_body_force_) return;
+    s.account.body_force_work -= sum_over_particles<1>(s, [&](int i) {
+        return Numbers<1>{{work_on(particles_[static_cast<std::size_t>(i)], particles_now[static_cast<std::size_t>(i)])}};
+    })[0];
 }
 
 template class ExternalWork<1>;

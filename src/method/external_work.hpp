@@ -26,6 +26,7 @@ class ExternalWork {
     std::vector<Loaded> particles(const State<D>& s) const;
 
     const Model<D>& model_;
+    bool has_body_force_;
     std::vector<Loaded> faces_, particles_;
 };
 

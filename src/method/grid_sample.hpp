@@ -16,4 +16,15 @@ struct GridSample {
 template <int D>
 GridSample<D> sample_grid(const State<D>& s, const Vec<D>& x);
 
+/// Whether a node of the box may count in the fields at a point.
+template <int D>
+bool is_sampled(const State<D>& s, const Vec<D>& x, const IndexBox<D>& nodes)
+{
+    for (int a = 0; a < D; ++a) {
+        const int cell = static_cast<int>(std::floor(s.lattice.cell_coordinate(a, x[a])));
+        if (cell + s.lattice.basis.degree + 1 < nodes.lo[a] || cell - 1 >= nodes.hi[a]) return false;
+    }
+    return true;
+}
+
 }  // namespace ordo

@@ -1,6 +1,7 @@
 #include "method/layout.hpp"
 
 #include "method/enrichment.hpp"
+#include "method/sharing.hpp"
 
 #include <cmath>
 
@@ -24,49 +25,57 @@ namespace {
 
 /// Sorts the particles by velocity field, tile and cell.
 template <int D>
-void assign(const Model<D>& model, const Lattice<D>& lattice, Tiles<D>& tiles, Particles<D>& particles)
+void assign(const Model<D>& model, const Lattice<D>& lattice, Tiles<D>& tiles, State<D>& s)
 {
+    Particles<D>& particles = s.particles;
+    auto key                = [&](std::ptrdiff_t i) {
+        Index<D> cell{};
+        for (int a = 0; a < D; ++a) cell[a] = static_cast<int>(lattice.cell_coordinate(a, particles.x[i][a]));
+        return tiles.key(cell, model.field_of(particles.body[i]));
+    };
+    TileOwners owners;
+    if (!s.ranks->is_alone()) owners = migrate<D>(model, s, tiles, [&](int i) { return tiles.tile_of(key(i)); });
     Array<int> order;
     {
         Array<std::uint64_t> keys(particles.count, Pages::own);
-        parallel_for_each(particles.count, [&](std::ptrdiff_t i) {
-            Index<D> cell{};
-            for (int a = 0; a < D; ++a) cell[a] = static_cast<int>(lattice.cell_coordinate(a, particles.x[i][a]));
-            keys[i] = tiles.key(cell, model.field_of(particles.body[i]));
-        });
+        parallel_for_each(particles.count, [&](std::ptrdiff_t i) { keys[i] = key(i); });
         order = sort_keys(keys, tiles.key_end());
         tiles.assign(keys);
     }
     if (!order.empty()) permute(particles, order);
+    if (!s.ranks->is_alone()) join_rims(*s.ranks, model.method, lattice, owners, tiles);
 }
 
-/// The corners of cells by the velocity field of the body that they belong to.
+/// The corners of cells by the velocity field of the body that they belong to; without those of other ranks.
 template <int D>
-std::vector<CornerRun> corner_runs(const Model<D>& model, const Tiles<D>& tiles, const Particles<D>& p)
+std::vector<CornerRun> corner_runs(const Model<D>& model, const State<D>& s, const Tiles<D>& tiles)
 {
-    const auto count = static_cast<std::ptrdiff_t>(p.corner.size());
-    if (tiles.fields() == 1) return {{0, count, 0}};
-    std::vector<int> field(p.corner.size(), 0);
+    constexpr int none    = -1;
+    const Particles<D>& p = s.particles;
+    const auto count      = static_cast<std::ptrdiff_t>(p.corner.size());
+    if (tiles.fields() == 1 && s.ranks->is_alone()) return {{0, count, 0}};
+    std::vector<int> field(p.corner.size(), none);
     for (int i = 0; i < p.count && count > 0; ++i)
         for (int c = 0; c < p.cell[i].count(); ++c) field[p.cell[i][c]] = model.field_of(p.body[i]);
     std::vector<CornerRun> runs;
     for (std::ptrdiff_t begin = 0, end; begin < count; begin = end) {
         for (end = begin + 1; end < count && field[end] == field[begin];) ++end;
-        runs.push_back({begin, end, tiles.first_node(field[begin])});
+        if (field[begin] != none) runs.push_back({begin, end, tiles.first_node(field[begin])});
     }
     return runs;
 }
 
-/// Sets where the particles are that have the numbers 0, 1, ..; -1 for those that have been taken out.
+/// Sets where the particles are that have the numbers 0, 1, ..; -1 for those that have been taken out or are on other ranks.
 template <int D>
 void find_ids(const Particles<D>& p, std::vector<int>& place_of)
 {
-    const auto count = static_cast<std::size_t>(*std::max_element(p.id.begin(), p.id.end())) + 1;
+    const auto count = p.count == 0 ? 0 : static_cast<std::size_t>(*std::max_element(p.id.begin(), p.id.end())) + 1;
     place_of.assign(std::max(count, place_of.size()), -1);
     for (int i = 0; i < p.count; ++i) place_of[p.id[i]] = i;
 }
 
-/// Sets what depends on lattice and tiles: halo, nodes, constraints, enriched corners.
+}  // namespace
+
 template <int D>
 void arrange_nodes(const Model<D>& model, State<D>& s, const Lattice<D>& lattice, Tiles<D> tiles)
 {
@@ -85,12 +94,10 @@ void arrange_nodes(const Model<D>& model, State<D>& s, const Lattice<D>& lattice
     s.field.constraints = s.field.placed;
     s.field.wall_nodes  = WallNodes<D>(model.walls, s.wall_shifts, s.lattice, s.field.tiles);
     s.field.wall_nodes.leave(s.field.constraints);
-    s.field.corner_runs = corner_runs(model, s.field.tiles, s.particles);
+    s.field.corner_runs = corner_runs(model, s, s.field.tiles);
     if (!model.surfaces.empty()) find_ids(s.particles, s.contacts.place_of);
     number_enriched(s);
 }
-
-}  // namespace
 
 template <int D>
 void sort_particles(const Model<D>& model, State<D>& s)
@@ -101,9 +108,11 @@ void sort_particles(const Model<D>& model, State<D>& s)
     wrap_periodic(model, s.particles);
 
     const Lattice<D> lattice(model.origin, model.h, model.cells, model.periodic, halo + 1, grid_basis(model.method));
-    Tiles<D> tiles(lattice, halo, s.particles.count, model.field_count());
+    std::int64_t count = s.particles.count;
+    s.ranks->add({&count, 1});
+    Tiles<D> tiles(lattice, halo, count, model.field_count());
     s.field.mass = {};  // frees memory for the sort; the matrix is formed again in each step
-    assign(model, lattice, tiles, s.particles);
+    assign(model, lattice, tiles, s);
 
     s.drift = 0.0;
     arrange_nodes(model, s, lattice, std::move(tiles));
@@ -121,14 +130,14 @@ bool restore_layout(const Model<D>& model, State<D>& s, TileRecord record, int h
     return true;
 }
 
-template void wrap_periodic(const Model<1>&, Particles<1>&);
-template void wrap_periodic(const Model<2>&, Particles<2>&);
-template void wrap_periodic(const Model<3>&, Particles<3>&);
-template void sort_particles(const Model<1>&, State<1>&);
-template bool restore_layout(const Model<1>&, State<1>&, TileRecord, int);
-template void sort_particles(const Model<2>&, State<2>&);
-template bool restore_layout(const Model<2>&, State<2>&, TileRecord, int);
-template void sort_particles(const Model<3>&, State<3>&);
-template bool restore_layout(const Model<3>&, State<3>&, TileRecord, int);
+#define ORDO_LAYOUT(D)                                                                    \
+    template void wrap_periodic(const Model<D>&, Particles<D>&);                          \
+    template void arrange_nodes(const Model<D>&, State<D>&, const Lattice<D>&, Tiles<D>); \
+    template void sort_particles(const Model<D>&, State<D>&);                             \
+    template bool restore_layout(const Model<D>&, State<D>&, TileRecord, int);
+ORDO_LAYOUT(1)
+ORDO_LAYOUT(2)
+ORDO_LAYOUT(3)
+#undef ORDO_LAYOUT
 
 }  // namespace ordo

@@ -10,7 +10,7 @@ namespace ordo {
 template <int D>
 bool is_sorted_enough(const State<D>& s)
 {
-    return !s.field.tiles.tiles().empty() && s.drift + s.reach + s.extra_reach <= s.field.tiles.halo();
+    return s.drift + s.reach + s.extra_reach <= s.field.tiles.halo();
 }
 
 /// Moves particles back into the first period of periodic axes.
@@ -20,6 +20,10 @@ void wrap_periodic(const Model<D>& model, Particles<D>& particles);
 /// Sorts the particles and rebuilds lattice, tiles, halo and constraints. Wider domains get wider tiles.
 template <int D>
 void sort_particles(const Model<D>& model, State<D>& s);
+
+/// Sets what depends on lattice and tiles: halo, nodes, constraints, enriched corners.
+template <int D>
+void arrange_nodes(const Model<D>& model, State<D>& s, const Lattice<D>& lattice, Tiles<D> tiles);
 
 /// Restores the layout of an earlier sort, for particles in its order; `s` has their reach and drift. Returns false if `record`
 /// and `halo` do not match these particles.

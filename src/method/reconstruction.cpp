@@ -42,7 +42,9 @@ void add_reports(State<D>& s, const std::vector<FitReport>& reports)
 {
     ProjectionReport& total = s.projection;
     for (std::size_t k = 0; k < reports.size(); ++k) {
+        if (!s.field.tiles.counts_here(k)) continue;
         if (total.fit.dropped == 0 && reports[k].dropped > 0) {
+            total.first_block       = static_cast<double>(s.field.tiles.block_numbers()[k]);
             const IndexBox<D> nodes = s.field.tiles.nodes_of(s.field.tiles.blocks()[k]);
             for (int a = 0; a < D; ++a)
                 total.dropped_at[a] =
@@ -59,8 +61,9 @@ void fit_velocities(const Model<D>& model, const VelocityFitPasses<D>& passes, S
     Lanes* records = s.velocity_records.data();
     clear(records, s.field.tiles, passes.size);
     const bool with_corners = model.method.samples == Samples::corners;
-    s.field.tiles.for_each_by_colour(
-        [&](const Tile& t) { passes.spread(sweep, records + t.first_node * passes.size, with_corners, t.begin, t.end); });
+    s.field.tiles.for_each_by_colour({{records, passes.size}}, [&](const Tile& t) {
+        passes.spread(sweep, records + t.first_node * passes.size, with_corners, t.begin, t.end);
+    });
     s.field.halo.add_records(records, passes.size);
     s.field.halo.clear(nodes);  // images are not fitted
     std::vector<FitReport> reports(s.field.tiles.blocks().size());
@@ -111,7 +114,8 @@ void spread_to_cells(const CellFitPasses<D>& passes, State<D>& s, const Sweep<D>
     Lanes *records = s.cell_records.data(), *contents = s.cell_contents.data();
     clear(records, s.field.tiles, passes.size);
     clear(contents, s.field.tiles);
-    s.field.tiles.for_each_by_colour([&](const Tile& t) { passes.spread(sweep, contents, records, t.begin, t.end); });
+    s.field.tiles.for_each_by_colour({{records, passes.size}, {contents}},
+                                     [&](const Tile& t) { passes.spread(sweep, contents, records, t.begin, t.end); });
     s.field.halo.add_records(records, passes.size);
     s.field.halo.add_records(contents, 1);
     s.field.halo.copy_records(contents, 1);

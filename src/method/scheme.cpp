@@ -1,5 +1,6 @@
 #include "method/scheme.hpp"
 
+#include "base/agree.hpp"
 #include "method/diagnostics.hpp"
 #include "method/enrichment.hpp"
 #include "method/external_work.hpp"
@@ -11,6 +12,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstring>
 #include <string>
 #include <utility>
 
@@ -44,14 +47,52 @@ std::string describe(Fault fault, const MethodSpec& method)
     return "nothing is wrong";
 }
 
+/// The tile of the first fault of a step on this rank; nowhere if there is none.
 template <int D>
-void require_sound(const MethodSpec& method, const State<D>& s)
+double tile_of_fault(const State<D>& s)
 {
-    if (s.fault.fault == Fault::none) return;
-    const Particles<D>& p = s.particles;
-    const int i           = s.fault.particle;
-    throw NumericalError(fmt::format("step {}, t = {:.6g} s: particle {} of body {} at {}, J = {:.4g}: {}", s.n, s.t, p.id[i],
-                                     p.body[i], place_text(p.x[i]), det(p.F[i]), describe(s.fault.fault, method)));
+    return tile_of_particle(s, s.report.fault == Fault::none ? s.particles.count : s.report.particle);
+}
+
+/// Makes what fits report that of all ranks.
+template <int D>
+void agree_on_fits(const MethodSpec& method, State<D>& s)
+{
+    const bool has_fits =
+        fits_velocity(method) || method.quadrature != Quadrature::particle || method.gradient == Gradient::adjoint;
+    if (s.ranks->is_alone() || !has_fits) return;
+    ProjectionReport& p   = s.projection;
+    std::int64_t counts[] = {p.fit.dropped, p.fit.fallback};
+    s.ranks->add(counts);
+    const double block = p.fit.dropped > 0 ? p.first_block : kNowhere;
+    const Bytes first  = bytes_of_first(*s.ranks, block, [&] {
+        Bytes bytes;
+        put(bytes, p.dropped_at);
+        return bytes;
+    });
+    if (!first.empty()) std::memcpy(&p.dropped_at, first.data(), sizeof(p.dropped_at));
+    p.fit.dropped  = counts[0];
+    p.fit.fallback = counts[1];
+}
+
+/// Takes the reports of all ranks on a step. Throws what is wrong in the first tile with a fault.
+template <int D>
+void agree(const MethodSpec& method, State<D>& s)
+{
+    agree_on_fits(method, s);
+    const double faulty = tile_of_fault(s);
+    double all[]        = {s.report.move, s.report.reach, -faulty};
+    s.ranks->largest(all);
+    s.move = all[0];
+    s.drift += s.move;
+    if (all[1] >= 0) s.reach = all[1];
+    if (all[2] == -kNowhere) return;
+    throw NumericalError(text_of_first(*s.ranks, faulty, [&] {
+        const Particles<D>& p = s.particles;
+        const int i           = s.report.particle;
+        return fmt::format("step {}, t = {:.6g} s: particle {} of body {} at {}, J = {:.4g}: {}", s.n, s.t, p.id[i], p.body[i],
+                           place_text(p.x[i]), det(p.F[i]), describe(s.report.fault, method));
+    }));
 }
 
 }  // namespace
@@ -105,6 +146,7 @@ const ProjectionReport& Scheme<D>::project(State<D>& s) const
     s.projection.fit = {};
     evaluate_external_forces(s, s.t);
     find_projection(s);
+    agree_on_fits(model_.method, s);
     return s.projection;
 }
 
@@ -114,6 +156,7 @@ void Scheme<D>::step(State<D>& s, double dt) const
     ORDO_EXPECT(dt > 0);
     arrange(s);
     s.projection.fit = {};
+    s.report         = {};
     const StepDamping<D> damping(model_, s);
     if (s.account.is_wanted)
         take_accounted_step(s, dt);
@@ -122,15 +165,14 @@ void Scheme<D>::step(State<D>& s, double dt) const
     damping.apply(s, dt);
     s.dt_prev = dt;
     ++s.n;
-    s.field.mass.is_formed = false;   // particles have moved
-    require_sound(model_.method, s);  // only here: in the last output, time and particles must match
+    s.field.mass.is_formed = false;  // particles have moved
+    agree(model_.method, s);         // only here: in the last output, time and particles must match
 }
 
 template <int D>
 void Scheme<D>::begin(const Stage<D>& stage, int number, State<D>& s)
 {
     begin_stage(stage, number, model_, s);
-    sort_particles(model_, s);
 }
 
 template <int D>
@@ -146,11 +188,12 @@ void Scheme<D>::prepare(const std::vector<Stage<D>>& stages, int number, State<D
 template <int D>
 void Scheme<D>::take_accounted_step(State<D>& s, double dt) const
 {
-    for (Exchange& e : s.account.boundaries) e.force = {};
+    s.account.begin_step();
     evaluate_external_forces(s, s.t);
     s.has_external_forces = model_.method.scheme != TimeScheme::usf;  // take_step begins with the same; USF updates F before
     const ExternalWork<D> work(model_, s);
     take_step(s, dt);
+    s.account.settle(*s.ranks);
     evaluate_external_forces(s, s.t);
     work.add(s);
 }

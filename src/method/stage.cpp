@@ -1,6 +1,8 @@
 #include "method/stage.hpp"
 
+#include "base/agree.hpp"
 #include "method/energy_account.hpp"
+#include "method/layout.hpp"
 #include "method/place.hpp"
 #include "particles/remove.hpp"
 
@@ -8,6 +10,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <string>
 
 namespace ordo {
 
@@ -45,6 +48,22 @@ void change_material(const std::vector<Material>& materials, int to, double t, P
     p.material[i] = to;
     k             = 0;
     for (const HistoryColumn& c : columns) p.history[p.history_column(c.name)][i] = history[k++];
+}
+
+/// The same for the particles of a body.
+template <int D>
+void change_materials(const std::vector<Material>& materials, int body, int to, State<D>& s)
+{
+    int i = 0;
+    std::string fault;
+    try {
+        for (; i < s.particles.count; ++i)
+            if (s.particles.body[i] == body) change_material(materials, to, s.t, s.particles, i);
+    } catch (const NumericalError& e) {
+        fault = e.what();
+    }
+    fault = text_of_first(*s.ranks, tile_of_particle(s, i), [&] { return fault; });
+    if (!fault.empty()) throw NumericalError(fault);
 }
 
 /// How far walls have moved: those that go on keep their places, others begin at theirs.
@@ -88,19 +107,20 @@ void remove_bodies(const Stage<D>& stage, const Model<D>& model, State<D>& s)
     s.wall_shifts = shifts_of(stage.walls, model.walls, s.wall_shifts);
     s.least_masses.clear();
     if (stage.removed.empty()) return;
-    remove_particles(s.particles, [&](int i) { return contains(stage.removed, static_cast<int>(s.particles.body[i])); });
+    auto is_out = [&](int i) { return contains(stage.removed, static_cast<int>(s.particles.body[i])); };
+    s.field.tiles.keep_particles([&](int i) { return !is_out(i); });
+    remove_particles(*s.ranks, s.particles, is_out);
 }
 
 template <int D>
 void begin_stage(const Stage<D>& stage, int number, Model<D>& model, State<D>& s)
 {
-    const EnergyParts before = energy_parts(totals(model, s.particles));
+    const EnergyParts before = energy_parts(totals(model, s));
     remove_bodies(stage, model, s);
     put_in_force(stage, model);
-    for (const auto& change : stage.materials)
-        for (int i = 0; i < s.particles.count; ++i)
-            if (s.particles.body[i] == change.body) change_material(model.materials, change.material, s.t, s.particles, i);
-    const EnergyParts added = energy_parts(totals(model, s.particles)) - before;
+    sort_particles(model, s);
+    for (const auto& change : stage.materials) change_materials(model.materials, change.body, change.material, s);
+    const EnergyParts added = energy_parts(totals(model, s)) - before;
     s.account.start += added;
     s.account.staged -= added.all();
     set_clock(stage.start, s);

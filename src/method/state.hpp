@@ -83,22 +83,32 @@ struct QuadraturePoints {
     }
 };
 
+/// Mass, kg, and momentum, kg m/s.
+using MassAndMomentum = Numbers<4>;
+
+/// Those that a node holds before a projection.
+inline MassAndMomentum mass_and_momentum_of(const Lanes& node)
+{
+    constexpr int v = NodeLane::velocity;
+    return {{node[NodeLane::mass], node[v], node[v + 1], node[v + 2]}};
+}
+
 /// Mass and momentum of the particles before a projection and of the nodes after it, before boundary conditions.
 struct ProjectionReport {
     bool is_wanted     = false;                        ///< compute the sums in each step
     double mass_before = 0.0, mass_after = 0.0;        ///< kg
     Vec<3> momentum_before = {}, momentum_after = {};  ///< kg m/s
     FitReport fit;
-    Vec<3> dropped_at = {};  ///< the centre of the first block of nodes or cells with dropped pivots, m
+    Vec<3> dropped_at  = {};   ///< the centre of the first block of nodes or cells with dropped pivots, m
+    double first_block = 0.0;  ///< the number of that block
 
-    /// Sets the sums, which have mass and momentum in the lanes of a node.
-    void set(const Lanes& before, const Lanes& after)
+    void set(const MassAndMomentum& before, const MassAndMomentum& after)
     {
-        mass_before = before[NodeLane::mass];
-        mass_after  = after[NodeLane::mass];
+        mass_before = before[0];
+        mass_after  = after[0];
         for (int a = 0; a < 3; ++a) {
-            momentum_before[a] = before[NodeLane::velocity + a];
-            momentum_after[a]  = after[NodeLane::velocity + a];
+            momentum_before[a] = before[1 + a];
+            momentum_after[a]  = after[1 + a];
         }
     }
 };
@@ -148,6 +158,26 @@ struct Account {
     double body_force_work = 0.0;  ///< taken by body forces since the start, J
     double damped          = 0.0;  ///< taken by damping since the start, J; always computed
     double staged          = 0.0;  ///< left with what stages changed at their starts, gravity and heat included, J
+    // Of the step that is being taken, until `settle`.
+    std::vector<ExchangeParts> of_boundaries;
+    ExactSum of_stresses, of_filters;  ///< what adds to nodes.stresses and to filtered, J
+
+    /// Forgets the last step.
+    void begin_step()
+    {
+        for (Exchange& e : boundaries) e.force = {};
+        of_boundaries.resize(boundaries.size());
+        for (ExchangeParts& e : of_boundaries) e.clear();
+        of_stresses.clear();
+        of_filters.clear();
+    }
+    /// Adds the sums of the step.
+    void settle(Ranks& ranks)
+    {
+        add_over(ranks, of_boundaries, boundaries);
+        nodes.stresses += total(ranks, of_stresses);
+        filtered += total(ranks, of_filters);
+    }
 
     static double work_of(const std::vector<Exchange>& all)
     {
@@ -182,6 +212,7 @@ struct FilterNodes {
 template <int D>
 struct State {
     Particles<D> particles;
+    Ranks* ranks = &alone();  ///< that share the run; particles and nodes are those of this one, numbers those of all
 
     // Rebuilt by the sort; see method/layout.hpp.
     Lattice<D> lattice;
@@ -213,7 +244,7 @@ struct State {
 
     std::vector<Vec<D>> wall_shifts;  ///< how far each wall has moved since t = 0, m
 
-    TileReport fault;  ///< the first fault of the step, if any
+    TileReport report;  ///< of the tiles in this step, until ranks agree at its end
 
     int stage             = 0;                                        ///< of the run
     double kinetic_energy = 0.0;                                      ///< after the last step, J; if velocities are damped
@@ -226,6 +257,26 @@ struct State {
     double dt_prev = 0.0;  ///< 0 before the first step
     long n         = 0;    ///< steps taken
 };
+
+/// One more than the largest number of a body that has particles, on any rank.
+template <int D>
+int body_count(const State<D>& s)
+{
+    const auto& body = s.particles.body;
+    const int most   = body.empty() ? -1 : *std::max_element(body.begin(), body.end());
+    return static_cast<int>(largest(*s.ranks, most)) + 1;
+}
+
+/// The number of the tile that particle i is in, which orders particles of different ranks; infinite where there is no such particle.
+template <int D>
+double tile_of_particle(const State<D>& s, int i)
+{
+    const auto& tiles = s.field.tiles.tiles();
+    const auto tile   = std::partition_point(tiles.begin(), tiles.end(), [&](const Tile& t) { return t.end <= i; });
+    return tile == tiles.end()
+               ? std::numeric_limits<double>::infinity()
+               : static_cast<double>(s.field.tiles.tile_numbers()[static_cast<std::size_t>(tile - tiles.begin())]);
+}
 
 /// Resizes `array` to a record of `size` Lanes for each node.
 inline void make_room(Array<Lanes>& array, std::size_t nodes, int size = 1)

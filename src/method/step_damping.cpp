@@ -50,18 +50,15 @@ void damp_locally(Particles<D>& p, const std::vector<Array<double>>& before, dou
 
 /// The accelerations of a step over those of gravity and body forces, by roots of mean squares over the mass.
 template <int D>
-double unbalanced(const Model<D>& model, const Particles<D>& p, const double* before, double dt)
+double unbalanced(const Model<D>& model, const State<D>& s, const double* before, double dt)
 {
-    using Pair         = Vec<2>;
-    const Vec<2> total = parallel_reduce(
-        p.count, Pair{},
-        [&](std::ptrdiff_t i) {
-            Vec<D> a{}, given = model.gravity;
-            for (int c = 0; c < D; ++c) a[c] = (p.v[i][c] - before[i * D + c]) / dt;
-            if (!p.b.empty()) given += p.b[i];
-            return Pair{p.m[i] * dot(a, a), p.m[i] * dot(given, given)};
-        },
-        [](Pair& sum, const Pair& one) { sum += one; });
+    const Particles<D>& p  = s.particles;
+    const Numbers<2> total = sum_over_particles<2>(s, [&](int i) {
+        Vec<D> a{}, given = model.gravity;
+        for (int c = 0; c < D; ++c) a[c] = (p.v[i][c] - before[i * D + c]) / dt;
+        if (!p.b.empty()) given += p.b[i];
+        return Numbers<2>{{p.m[i] * dot(a, a), p.m[i] * dot(given, given)}};
+    });
     return std::sqrt(total[0] / total[1]);
 }
 
@@ -74,9 +71,9 @@ double kick_of(const Model<D>& model, const State<D>& s, double dt)
 
 /// The root of kinetic over stored energy.
 template <int D>
-double moving(const Model<D>& model, const Particles<D>& p)
+double moving(const Model<D>& model, const State<D>& s)
 {
-    const Totals e = totals(model, p);
+    const Totals e = totals(model, s);
     return e.kinetic_energy > 0 ? std::sqrt(e.kinetic_energy / std::max(e.strain_energy, 0.0)) : 0.0;
 }
 
@@ -95,9 +92,9 @@ StepDamping<D>::StepDamping(const Model<D>& model, State<D>& s) : model_(model)
 template <int D>
 void StepDamping<D>::apply(State<D>& s, double dt) const
 {
-    if (model_.residual > 0) s.residual = unbalanced(model_, s.particles, before_.front().data(), kick_of(model_, s, dt));
+    if (model_.residual > 0) s.residual = unbalanced(model_, s, before_.front().data(), kick_of(model_, s, dt));
     damp(s, dt);
-    if (model_.residual > 0 && s.residual <= model_.residual) s.residual = std::max(s.residual, moving(model_, s.particles));
+    if (model_.residual > 0 && s.residual <= model_.residual) s.residual = std::max(s.residual, moving(model_, s));
 }
 
 template <int D>
@@ -106,7 +103,7 @@ void StepDamping<D>::damp(State<D>& s, double dt) const
     const Damping& damping = model_.damping;
     if (damping.type == DampingType::none) return;
     Particles<D>& p   = s.particles;
-    const double now  = kinetic_energy(p, p.v.data());
+    const double now  = kinetic_energy(s, p.v.data());
     const double peak = std::exchange(s.kinetic_energy, now);
     switch (damping.type) {
     case DampingType::none: return;
@@ -117,7 +114,7 @@ void StepDamping<D>::damp(State<D>& s, double dt) const
         change_velocities(p, [](double) { return 0.0; });
         break;
     }
-    s.kinetic_energy = kinetic_energy(p, p.v.data());
+    s.kinetic_energy = kinetic_energy(s, p.v.data());
     s.account.damped += now - s.kinetic_energy;
 }
 

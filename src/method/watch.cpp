@@ -1,5 +1,6 @@
 #include "method/watch.hpp"
 
+#include "base/agree.hpp"
 #include "base/parallel.hpp"
 #include "method/courant.hpp"
 #include "method/diagnostics.hpp"
@@ -21,9 +22,9 @@ constexpr long interval = 4;  // steps between looks at each particle, which cos
 template <int D>
 void Watch<D>::start(const State<D>& s)
 {
-    const Totals e = totals(model_, s.particles);
+    const Totals e = totals(model_, s);
     energies_      = {e.total_energy(), e.potential};
-    find_least(s.particles);
+    find_least(s);
 }
 
 template <int D>
@@ -31,15 +32,16 @@ void Watch<D>::resume(const std::vector<double>& energies, const State<D>& s)
 {
     if (energies.size() != energies_.size()) throw InputError("the checkpoint lacks the energies of the watch");
     std::copy(energies.begin(), energies.end(), energies_.begin());
-    find_least(s.particles);
+    find_least(s);
 }
 
 /// The energy of a strain of 1e-6 in all bodies.
 template <int D>
-void Watch<D>::find_least(const Particles<D>& p)
+void Watch<D>::find_least(const State<D>& s)
 {
-    least_ = 0.0;
-    for (int i = 0; i < p.count; ++i) least_ += 1e-12 * p.V0[i] * model_.materials[p.material[i]].p_wave_modulus();
+    const Particles<D>& p = s.particles;
+    auto energy           = [&](int i) { return Numbers<1>{{p.V0[i] * model_.materials[p.material[i]].p_wave_modulus()}}; };
+    least_                = 1e-12 * sum_over_particles<1>(s, energy)[0];
 }
 
 template <int D>
@@ -58,7 +60,7 @@ void Watch<D>::before_step(const State<D>& s, double dt)
     const double courant = c * dt / *h_min + std::sqrt(D) * moved * *h_max / *h_min;
     if (is_known && courant < 0.9 * stable_courant_number(model_)) return;
 
-    const double limit = stable_time_step(model_, s.particles);
+    const double limit = stable_time_step(model_, s.particles, *s.ranks);
     if (dt <= limit * (1 + 1e-9)) return;
     find(WatchSpec::time_step,
          fmt::format("step {}, t = {:.6g} s: the time step {:.4g} s is above the limit {:.4g} s = {:.3g} {}; {}; use a "
@@ -83,7 +85,7 @@ template <int D>
 void Watch<D>::look_for_growth(const State<D>& s)
 {
     if (s.n % interval != 0) return;
-    const Totals e = totals(model_, s.particles);
+    const Totals e = totals(model_, s);
     const std::array exchanged{e.potential - energies_[1], e.dissipated + e.artificial,
                                s.account.boundary_work(),  s.account.traction_work(),
                                s.account.body_force_work,  s.account.damped,
@@ -136,17 +138,18 @@ void Watch<D>::look_for_gaps(const State<D>& s)
         }
         return std::sqrt(stretch) * std::pow(p.V0[i], 1.0 / D);
     };
-    const double largest =
-        parallel_reduce(p.count, 0.0, distance, [](double& total, double one) { total = std::max(total, one); });
+    const double largest = ordo::largest(
+        *s.ranks, parallel_reduce(p.count, 0.0, distance, [](double& total, double one) { total = std::max(total, one); }));
     if (largest <= h) return;
     int i = 0;
-    while (distance(i) < largest) ++i;
-    find(WatchSpec::gaps,
-         fmt::format(
-             "step {}, t = {:.6g} s: stretch has moved the particles of body {} near {} {:.3g} cells apart: points that share "
-             "no nodes lose contact, and the body tears there or leaves its boundary (numerical fracture); use a method with "
-             "particle domains, such as cpdi1, or more particles_per_cell",
-             s.n, s.t, p.body[i], place_text(p.x[i]), largest / h));
+    while (i < p.count && distance(i) < largest) ++i;
+    find(WatchSpec::gaps, text_of_first(*s.ranks, tile_of_particle(s, i), [&] {
+             return fmt::format(
+                 "step {}, t = {:.6g} s: stretch has moved the particles of body {} near {} {:.3g} cells apart: points "
+                 "that share no nodes lose contact, and the body tears there or leaves its boundary (numerical "
+                 "fracture); use a method with particle domains, such as cpdi1, or more particles_per_cell",
+                 s.n, s.t, p.body[i], place_text(p.x[i]), largest / h);
+         }));
 }
 
 template <int D>
@@ -161,12 +164,18 @@ std::string Watch<D>::fastest_particle(const State<D>& s) const
 {
     const Particles<D>& p = s.particles;
     int fastest           = 0;
-    for (int i = 1; i < p.count; ++i) {
-        const double v = norm(p.v[i]), w = norm(p.v[fastest]);
-        if (v > w || (v == w && p.id[i] < p.id[fastest])) fastest = i;
+    double speed          = -1.0;
+    for (int i = 0; i < p.count; ++i) {
+        const double v = norm(p.v[i]);
+        if (!(v > speed || (v == speed && p.id[i] < p.id[fastest]))) continue;
+        fastest = i;
+        speed   = v;
     }
-    return fmt::format("the fastest particle is {} of body {} at {}, {:.4g} m/s", p.id[fastest], p.body[fastest],
-                       place_text(p.x[fastest]), norm(p.v[fastest]));
+    const bool is_here = p.count > 0 && speed == largest(*s.ranks, speed);
+    return text_of_first(*s.ranks, is_here ? p.id[fastest] : kNowhere, [&] {
+        return fmt::format("the fastest particle is {} of body {} at {}, {:.4g} m/s", p.id[fastest], p.body[fastest],
+                           place_text(p.x[fastest]), speed);
+    });
 }
 
 template class Watch<1>;

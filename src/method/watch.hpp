@@ -48,7 +48,7 @@ class Watch {
     const std::array<double, 10>& energies() const { return energies_; }
 
   private:
-    void find_least(const Particles<D>& p);
+    void find_least(const State<D>& s);
     void look_for_growth(const State<D>& s);
     std::string remedy_for_growth() const;
     void look_for_gaps(const State<D>& s);

@@ -147,6 +147,17 @@ struct Particles {
         for_each_named_field([&](const char*, auto& field) { visit(field); });
     }
 
+    /// visit(field) for each field that these groups have, also where there are no particles.
+    template <class Visit>
+    void for_each_field_of(const FieldGroups& groups, Visit&& visit)
+    {
+#define ORDO_FIELD(type, name, group) \
+    if (groups.group) visit(name);
+        ORDO_PARTICLE_FIELDS(ORDO_FIELD)
+#undef ORDO_FIELD
+        for (Array<double>& column : history) visit(column);
+    }
+
     /// The number of the history column of this name; -1 if there is none.
     int history_column(std::string_view name) const
     {

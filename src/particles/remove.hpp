@@ -1,6 +1,7 @@
 // Particles that are taken out, with the corners that no other cell has.
 #pragma once
 
+#include "base/ranks.hpp"
 #include "particles/particles.hpp"
 
 #include <algorithm>
@@ -20,22 +21,25 @@ void keep_elements(Array<T>& field, const std::vector<int>& kept)
     field = std::move(rest);
 }
 
-/// Takes out the particles for which is_out(i) holds; the others keep their order and their numbers `id`. Not for enriched corners.
+/// Takes out the particles for which is_out(i) holds; the others keep their order and their numbers `id`. Not for enriched corners. All ranks
+/// keep the corners that any of them needs.
 template <int D, class IsOut>
-void remove_particles(Particles<D>& p, const IsOut& is_out)
+void remove_particles(Ranks& ranks, Particles<D>& p, const IsOut& is_out)
 {
     std::vector<int> kept;
     for (int i = 0; i < p.count; ++i)
         if (!is_out(i)) kept.push_back(i);
     p.for_each_field([&](auto& field) { keep_elements(field, kept); });
     p.count = static_cast<int>(kept.size());
-    if (p.cell.empty()) return;
+    if (p.corner.empty()) return;
 
-    std::vector<int> number(p.corner.size(), -1), corners;
+    std::vector<std::int64_t> cells_of(p.corner.size(), 0);
     for (const CornerIds<D>& cell : p.cell)
-        for (int c = 0; c < cell.count(); ++c) number[static_cast<std::size_t>(cell[c])] = 0;
+        for (int c = 0; c < cell.count(); ++c) ++cells_of[static_cast<std::size_t>(cell[c])];
+    ranks.add(cells_of);
+    std::vector<int> number(p.corner.size(), -1), corners;
     for (std::size_t c = 0; c < number.size(); ++c) {
-        if (number[c] < 0) continue;
+        if (cells_of[c] == 0) continue;
         number[c] = static_cast<int>(corners.size());
         corners.push_back(static_cast<int>(c));
     }

@@ -7,9 +7,9 @@
 namespace ordo::setup {
 
 template <int D>
-double time_step(const TimeSpec& time, const Model<D>& model, const Particles<D>& particles)
+double time_step(const TimeSpec& time, const Model<D>& model, const Particles<D>& particles, Ranks& ranks)
 {
-    return time.dt ? *time.dt : automatic_time_step(model, particles, time.cfl);
+    return time.dt ? *time.dt : automatic_time_step(model, particles, time.cfl, ranks);
 }
 
 template <int D>
@@ -30,9 +30,9 @@ void require_stable(const TimeSpec& time, const Model<D>& model, const Particles
     if (!(steps <= 1e12)) fail("end", fmt::format("takes about {:.1g} time steps; use a larger step or a shorter time", steps));
 }
 
-template double time_step(const TimeSpec&, const Model<1>&, const Particles<1>&);
-template double time_step(const TimeSpec&, const Model<2>&, const Particles<2>&);
-template double time_step(const TimeSpec&, const Model<3>&, const Particles<3>&);
+template double time_step(const TimeSpec&, const Model<1>&, const Particles<1>&, Ranks&);
+template double time_step(const TimeSpec&, const Model<2>&, const Particles<2>&, Ranks&);
+template double time_step(const TimeSpec&, const Model<3>&, const Particles<3>&, Ranks&);
 template void require_stable(const TimeSpec&, const Model<1>&, const Particles<1>&);
 template void require_stable(const TimeSpec&, const Model<2>&, const Particles<2>&);
 template void require_stable(const TimeSpec&, const Model<3>&, const Particles<3>&);

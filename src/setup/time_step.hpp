@@ -7,7 +7,7 @@ namespace ordo::setup {
 
 /// The size of the next step, s.
 template <int D>
-double time_step(const TimeSpec& time, const Model<D>& model, const Particles<D>& particles);
+double time_step(const TimeSpec& time, const Model<D>& model, const Particles<D>& particles, Ranks& ranks = alone());
 
 /// Throws SetupError if the step is above the limit of the method, or the end is too many steps away.
 template <int D>

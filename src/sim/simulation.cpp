@@ -87,7 +87,7 @@ void Simulation<D>::step_towards(double t)
     }
     if (is_at(t)) return;  // the clock has jumped
     const double end   = is_in_last_stage() ? t : std::min(t, stages_[static_cast<std::size_t>(state_.stage)].end);
-    double dt          = setup::time_step(time_, model(), state_.particles);
+    double dt          = setup::time_step(time_, model(), state_.particles, *state_.ranks);
     const double left  = end - state_.t;
     const bool is_less = left < dt * (1 - kRounding);
     if (is_less) dt = left;

@@ -276,18 +276,17 @@ void SplineScheme<D>::add_work(State<D>& s, double part) const
 {
     const SplineScratch<D>& work = *scratch_;
     const ParticleView<D> p      = s.particles.view();
-    s.account.nodes += parallel_reduce(
-        p.count, NodalWork{},
-        [&](std::ptrdiff_t i) {
-            NodalWork r;
-            for (int a = 0; a < D; ++a) {
-                for (int b = 0; b < D; ++b) r.stresses -= part * p.V[i] * p.sigma[i](a, b) * work.L_at[i](a, b);
-                r.gravity += part * p.m[i] * model().gravity[a] * work.v_at[i][a];
-                if (p.b) r.loads += part * p.m[i] * p.b[i][a] * work.v_at[i][a];
-            }
-            return r;
-        },
-        [](NodalWork& total, const NodalWork& one) { total += one; });
+    enum { stresses, gravity, loads };
+    const Numbers<3> sums = sum_over_particles<3>(s, [&](int i) {
+        Numbers<3> r;
+        for (int a = 0; a < D; ++a) {
+            for (int b = 0; b < D; ++b) r[stresses] -= part * p.V[i] * p.sigma[i](a, b) * work.L_at[i](a, b);
+            r[gravity] += part * p.m[i] * model().gravity[a] * work.v_at[i][a];
+            if (p.b) r[loads] += part * p.m[i] * p.b[i][a] * work.v_at[i][a];
+        }
+        return r;
+    });
+    s.account.nodes += {.stresses = sums[stresses], .loads = sums[loads], .gravity = sums[gravity]};
 }
 
 /// Lists the particles of each cell, and evaluates the functions at the particles.
@@ -494,12 +493,12 @@ void SplineScheme<D>::take_step(State<D>& s, double dt) const
             show(s);
             if (s.projection.is_wanted) report(s);
             // Nothing else damps the velocity outside the spline space. The fit stays the same: that of v_h(x_p) is v_h.
-            const double before = s.account.is_wanted ? kinetic_energy(s.particles, work.v0.data()) : 0.0;
+            const double before = s.account.is_wanted ? kinetic_energy(s, work.v0.data()) : 0.0;
             parallel_for_each(s.particles.count,
                               [&](std::ptrdiff_t i) { work.v0[i] -= model().method.null_damping * (work.v0[i] - work.v_at[i]); });
             if (s.account.is_wanted) {
-                const double after = kinetic_energy(s.particles, work.v0.data());
-                unresolved         = after - kinetic_energy(s.particles, work.v_at.data());
+                const double after = kinetic_energy(s, work.v0.data());
+                unresolved         = after - kinetic_energy(s, work.v_at.data());
                 s.account.filtered += before - after;
             }
         }
@@ -510,12 +509,10 @@ void SplineScheme<D>::take_step(State<D>& s, double dt) const
         const bool is_last   = k + 1 == scheme.stages;
         const double further = is_last ? 0.0 : dt * scheme.at[k + 1], part = dt * scheme.weight[k];
         const TileReport found = add_slope(s, part, further, is_last);
-        s.fault                = found;
+        s.report               = found;
         if (found.fault != Fault::none) break;
-        s.move = found.move;
     }
-    if (s.account.is_wanted) s.account.nodal_kinetic = kinetic_energy(s.particles, s.particles.v.data()) - unresolved;
-    if (s.fault.fault == Fault::none) s.drift += s.move;
+    if (s.account.is_wanted) s.account.nodal_kinetic = kinetic_energy(s, s.particles.v.data()) - unresolved;
     if (times()) {
         for (const long n : work.iterations) times()->mass_iterations += n;
         times()->mass_solves += work.solves;
@@ -578,7 +575,7 @@ void SplineScheme<D>::report(State<D>& s) const
         static_cast<std::ptrdiff_t>(functions), Lanes(0.0), [&](std::ptrdiff_t i) { return work.q[i]; }, add);
     static_assert(SplineLane::velocity == NodeLane::velocity);
     after[NodeLane::mass] = after[SplineLane::density];
-    s.projection.set(mass_and_momentum(s.particles.view()), after);
+    s.projection.set(mass_and_momentum(s), mass_and_momentum_of(after));
 }
 
 template <int D>

@@ -149,7 +149,7 @@ void add_energies(const Request& r, double shift, double courant, double wave, d
         p, 0, p.count, [&](const Vec<D>& x) { return along_x<D>(1e-6 * std::sin(2 * kPi * x[0] / wave)); }, model.h);
     Simulation<D> sim(
         model, [&](const Scheme<D>& scheme) { return scheme.start(std::move(p)); }, steps_of(courant));
-    const double first = totals(model, sim.state().particles).total_energy();
+    const double first = totals(model, sim.state()).total_energy();
     const long steps   = std::lround(periods * period);
     EnergyBalance sum;
     double identity = 0.0;
@@ -162,7 +162,7 @@ void add_energies(const Request& r, double shift, double courant, double wave, d
     } catch (const NumericalError&) {  // unbounded growth
         return;
     }
-    const double change = totals(model, sim.state().particles).total_energy() / first - 1;
+    const double change = totals(model, sim.state()).total_energy() / first - 1;
     row.quantities.insert(row.quantities.end(), {{"energy_change", change / periods},
                                                  {"energy_transfer", (sum.projection + sum.update) / first / periods},
                                                  {"energy_stress", sum.stress / first / periods},

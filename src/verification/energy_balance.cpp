@@ -2,7 +2,7 @@
 
 #include "method/diagnostics.hpp"
 #include "method/explicit.hpp"
-#include "method/node_sums.hpp"
+#include "method/sums.hpp"
 
 #include <vector>
 
@@ -14,11 +14,11 @@ namespace {
 template <int D>
 double product(const State<D>& s, const Lanes* v, int of_v, const Lanes* u, int of_u)
 {
-    return sum_over_nodes(s, 0.0, [&](std::ptrdiff_t i) {
-        double r = 0.0;
-        for (int a = 0; a < D; ++a) r += v[i][of_v + a] * u[i][of_u + a];
+    return sum_over_nodes<1>(s, [&](std::ptrdiff_t i) {
+        Numbers<1> r;
+        for (int a = 0; a < D; ++a) r[0] += v[i][of_v + a] * u[i][of_u + a];
         return r;
-    });
+    })[0];
 }
 
 /// The momenta M v of velocities of nodes, in the same lanes.
@@ -53,10 +53,10 @@ EnergyBalance step_with_balance(Simulation<D>& sim)
     const Model<D>& model = sim.model();
     State<D>& s           = sim.state();
     const double dt       = sim.time().dt.value();
-    const Totals before   = totals(model, s.particles);
+    const Totals before   = totals(model, s);
     if (!dynamic_cast<const Explicit<D>*>(&sim.scheme())) {  // nodes only show what splines are
         sim.step();
-        const Totals after = totals(model, s.particles);
+        const Totals after = totals(model, s);
         return {.update = after.kinetic_energy - before.kinetic_energy, .stress = after.strain_energy - before.strain_energy};
     }
     const MassSolver<D> mass_matrix(choose_passes<D>(model.method), model.method.lump_below, has_tls_velocity(model.method));
@@ -71,7 +71,7 @@ EnergyBalance step_with_balance(Simulation<D>& sim)
     std::vector<Lanes> forces(s.field.nodes.begin(), s.field.nodes.end());
 
     sim.step();
-    const Totals after = totals(model, s.particles);
+    const Totals after = totals(model, s);
     momenta(model, mass_matrix, s, s.field.nodes.data(), momentum.data());
     EnergyBalance e;
     const double kinetic_after = 0.5 * product(s, s.field.nodes.data(), velocity, momentum.data(), velocity);

@@ -184,7 +184,7 @@ void measure_particles(const Problem<D>& problem, const State<D>& s, Row& row)
         row.error_l2.emplace_back(name, std::sqrt(sum.weighted));
         if (problem.is_reference) row.error_relative.emplace_back(name, std::sqrt(sum.weighted / sum.exact));
     }
-    const Totals sums = totals(problem.model, p);
+    const Totals sums = totals(problem.model, s);
     row.quantities    = {{"kinetic_energy", sums.kinetic_energy},
                          {"kinetic_energy_exact", exact.kinetic_energy},
                          {"strain_energy", sums.strain_energy}};
@@ -296,7 +296,7 @@ Row watch(const Problem<D>& problem)
     double largest = 0, strain = 0, size = -1;
     Totals first, last;
     Row row = follow<D>(problem, [&](const State<D>& now) {
-        last = totals(problem.model, now.particles);
+        last = totals(problem.model, now);
         if (size < 0) {  // the start
             first = last;
             size  = momentum_size(now.particles);

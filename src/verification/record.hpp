@@ -93,7 +93,7 @@ class Recorder : public Observer<D> {
     void sample(State<D>& s)
     {
         if (!problem_.is_recorded || (s.n % stride_ != 0 && s.n != row_.steps)) return;
-        const Totals sums = totals(method_.model(), s.particles);
+        const Totals sums = totals(method_.model(), s);
         const Vec<3> kept = method_.project(s).momentum_after;
         auto& out         = row_.history.values;
         out.insert(out.end(), {s.t, s.t_v, sums.kinetic_energy, sums.strain_energy, sums.total_energy(),

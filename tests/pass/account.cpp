@@ -59,11 +59,11 @@ double most_energy_of_bars(const MethodSpec& method, int per_axis, double left, 
     WatchSpec watch;
     watch.energy_growth = 1e9;
     Simulation<1> sim(setup::build(spec), watch);
-    const double start = totals(sim.model(), sim.state().particles).total_energy();
+    const double start = totals(sim.model(), sim.state()).total_energy();
     double most        = start;
     for (int n = 0; n < 1000; ++n) {
         sim.step();
-        most = std::max(most, totals(sim.model(), sim.state().particles).total_energy());
+        most = std::max(most, totals(sim.model(), sim.state()).total_energy());
     }
     return most / start;
 }
@@ -105,11 +105,11 @@ TEST_P(Balance, OfMomentum)
         GTEST_SKIP() << "particles then take the momentum of corners with kept velocities";
     const setup::CaseSpec<2> spec = pushed_block(method);
     Simulation<2> sim(setup::build(spec));
-    const double mass = totals(sim.model(), sim.state().particles).mass, pushed = 0.36 * 1000.0;
+    const double mass = totals(sim.model(), sim.state()).mass, pushed = 0.36 * 1000.0;
     std::array<double, 5> largest{};
     for (int step = 0; step < 12; ++step) {
         const State<2>& s        = sim.state();
-        const Vec<3> before      = totals(sim.model(), s.particles).momentum;
+        const Vec<3> before      = totals(sim.model(), s).momentum;
         const double dt_of_start = s.dt_prev;
         sim.step();
         const double dt = 0.5 * (dt_of_start + s.dt_prev);
@@ -119,7 +119,7 @@ TEST_P(Balance, OfMomentum)
             largest[k] = std::max(largest[k], norm(s.account.boundaries[k].force));
         }
         for (const Exchange& e : s.account.tractions) force += e.force;
-        const Vec<3> change = totals(sim.model(), s.particles).momentum - before;
+        const Vec<3> change = totals(sim.model(), s).momentum - before;
         EXPECT_LT(norm(change - dt * force), 1e-10 * dt * norm(force) + 1e-12 * norm(before)) << "step " << step;
     }
     for (const double force : largest) EXPECT_GT(force, 10.0);  // N: each of them does act
@@ -223,7 +223,7 @@ template <int D>
 double sum_of_account(const Simulation<D>& sim)
 {
     const State<D>& s = sim.state();
-    const Totals now  = totals(sim.model(), s.particles);
+    const Totals now  = totals(sim.model(), s);
     return energy_parts(now).all() + s.account.work() + s.account.damped + s.account.staged + s.contacts.work() +
            scheme_energy(now, s).all();
 }
@@ -246,8 +246,7 @@ TEST_P(EnergyAccount, LosesNothingInTheProjectionByMass)
         sim.step();
         const NodalWork& w = sim.state().account.nodes;
         for (const double one : {w.stresses, w.loads, w.gravity, w.constraints}) largest = std::max(largest, std::fabs(one));
-        EXPECT_LT(std::fabs(scheme_energy(totals(sim.model(), sim.state().particles), sim.state()).projection), 1e-10 * largest)
-            << step;
+        EXPECT_LT(std::fabs(scheme_energy(totals(sim.model(), sim.state()), sim.state()).projection), 1e-10 * largest) << step;
         EXPECT_LT(std::fabs(sum_of_account(sim) - first), 1e-12 * largest) << step;
     }
     for (const double one : {sim.state().account.nodes.loads, sim.state().account.nodes.constraints})
@@ -282,14 +281,14 @@ TEST(SchemeEnergy, OfFreeFallIsHalfAStep)
             Simulation<2> sim(setup::build(spec));
             for (int step = 0; step < 15; ++step) sim.step();
             const State<2>& s = sim.state();
-            const double mass = totals(sim.model(), s.particles).mass, half = 50.0 * mass * (s.t * s.t - s.t_v * s.t_v);
-            const SchemeEnergy e = scheme_energy(totals(sim.model(), s.particles), s);
+            const double mass = totals(sim.model(), s).mass, half = 50.0 * mass * (s.t * s.t - s.t_v * s.t_v);
+            const SchemeEnergy e = scheme_energy(totals(sim.model(), s), s);
             EXPECT_GT(half, 0.1);
             EXPECT_NEAR(e.half_step, half, 1e-9 * mass);
             EXPECT_NEAR(e.stress_update, 0.0, 1e-9 * mass);
             EXPECT_NEAR(e.projection, 0.0, 1e-9 * mass);
             EXPECT_NEAR(e.filter, 0.0, 1e-9 * mass);
-            EXPECT_NEAR(s.account.nodal_kinetic, totals(sim.model(), s.particles).kinetic_energy, 1e-9 * mass);
+            EXPECT_NEAR(s.account.nodal_kinetic, totals(sim.model(), s).kinetic_energy, 1e-9 * mass);
         }
 }
 
@@ -306,8 +305,7 @@ TEST(SchemeEnergy, HasTheWorkOfFilters)
         for (auto& body : spec.bodies) body.body_force = {Field(0.0), Field(0.0)};
         Simulation<2> sim(setup::build(spec));
         sim.step();
-        return std::pair(scheme_energy(totals(sim.model(), sim.state().particles), sim.state()),
-                         sim.state().account.boundary_work());
+        return std::pair(scheme_energy(totals(sim.model(), sim.state()), sim.state()), sim.state().account.boundary_work());
     };
     for (const Filter filter : {Filter::xpic, Filter::fmpm}) {
         const auto [first, work_of_first] = after_a_step(filter, 1);
@@ -340,7 +338,7 @@ TEST(SchemeEnergy, SplitsWhatTheSchemeTakes)
         sim.advance(0.2);
         EXPECT_EQ(sim.state().account.boundaries.size(), 0u);
         EXPECT_LT(std::fabs(sim.state().account.nodes.constraints), 1e-12 * std::fabs(sim.state().account.nodes.stresses));
-        return scheme_energy(totals(sim.model(), sim.state().particles), sim.state());
+        return scheme_energy(totals(sim.model(), sim.state()), sim.state());
     };
     const double start = 0.5 * 360.0 * 0.09;
     const double musl = taken(0.0, 0.0).stress_update, between = taken(0.3, 0.0).stress_update,
@@ -357,8 +355,7 @@ TEST(SchemeEnergy, SplitsWhatTheSchemeTakes)
     Simulation<2> pic   = block(method);
     flip.step();
     pic.step();
-    const double difference =
-        totals(flip.model(), flip.state().particles).kinetic_energy - totals(pic.model(), pic.state().particles).kinetic_energy;
+    const double difference = totals(flip.model(), flip.state()).kinetic_energy - totals(pic.model(), pic.state()).kinetic_energy;
     EXPECT_GT(difference, 0.01 * start);
     EXPECT_NEAR(pic.state().account.filtered, difference, 1e-12 * start);
 }

@@ -360,16 +360,16 @@ TEST(Averaging, DoesNotAddEnergy)
                                   -0.05 * std::cos(6 * x[0]) * std::sin(6 * x[1])};
                 },
                 method.model().h);
-            const double before = totals(method.model(), s.particles).total_energy();
+            const double before = totals(method.model(), s).total_energy();
             double most = 0, t = 0;
             while (t < 3) {
                 const double dt = 0.4 * courant_time_step(method.model(), s.particles);
                 method.step(s, dt);
                 t += dt;
-                most = std::max(most, totals(method.model(), s.particles).total_energy());
+                most = std::max(most, totals(method.model(), s).total_energy());
             }
             EXPECT_LT(most, 1.02 * before);
-            EXPECT_GT(totals(method.model(), s.particles).total_energy(), 0.4 * before);
+            EXPECT_GT(totals(method.model(), s).total_energy(), 0.4 * before);
         }
 }
 
@@ -439,9 +439,9 @@ TEST(ArtificialViscosity, HeatsWithoutBeingStored)
     const Explicit<1> method(std::move(model));
     State<1> s = method.start(plant_all(method.model(), test::block(method.model(), 0.0, 0.8, 2)));
     for (Vec<1>& v : s.particles.v) v[0] = -500;
-    const double before = totals(method.model(), s.particles).total_energy();
+    const double before = totals(method.model(), s).total_energy();
     while (s.t < 1e-4) method.step(s, automatic_time_step(method.model(), s.particles, 0.3));
-    const Totals e = totals(method.model(), s.particles);
+    const Totals e = totals(method.model(), s);
     EXPECT_GT(e.artificial, 0.02 * before);
     EXPECT_NEAR(e.total_energy() + e.dissipated + e.artificial, before, 0.1 * e.artificial);
 }
@@ -462,9 +462,9 @@ TEST(ArtificialViscosity, AccountsForItsEnergy)
         const Explicit<1> method(std::move(model));
         State<1> s = method.start(plant_all(method.model(), test::block(method.model(), 0.0, 0.8, 2)));
         for (Vec<1>& v : s.particles.v) v[0] = -0.3;
-        const double before = totals(method.model(), s.particles).total_energy();
+        const double before = totals(method.model(), s).total_energy();
         while (s.t < 0.3) method.step(s, automatic_time_step(method.model(), s.particles, 0.3));
-        const Totals e = totals(method.model(), s.particles);
+        const Totals e = totals(method.model(), s);
         double low = 1e300, high = -1e300;  // of stresses well behind the front
         for (int i = 0; i < s.particles.count; ++i)
             if (s.particles.x[i][0] > 0.05 && s.particles.x[i][0] < 0.2) {

@@ -314,7 +314,7 @@ void check_momentum(const MethodSpec& method, bool on_faces)
     spec.method      = method;
     for (int a = 0; a < D; ++a) spec.bodies[1].velocity[a] = Field(a == 0 ? -1.0 : 0.4);
     Simulation<D> sim(build(spec));
-    const Totals before = totals(sim.model(), sim.state().particles);
+    const Totals before = totals(sim.model(), sim.state());
     double size         = 0;
     Vec<3> impulse{}, first{};
     for (int i = 0; i < sim.state().particles.count; ++i) size += sim.state().particles.m[i] * norm(sim.state().particles.v[i]);
@@ -322,7 +322,7 @@ void check_momentum(const MethodSpec& method, bool on_faces)
         sim.step();
         impulse += sim.state().contacts.dt * sim.state().contacts.pairs[0].force;
     }
-    const Totals after = totals(sim.model(), sim.state().particles);
+    const Totals after = totals(sim.model(), sim.state());
     for (int a = 0; a < D; ++a) EXPECT_NEAR(after.momentum[a], before.momentum[a], 1e-13 * size);
     for (int i = 0; i < sim.state().particles.count; ++i)
         if (sim.state().particles.body[i] == 0) first += sim.state().particles.m[i] * padded(sim.state().particles.v[i]);

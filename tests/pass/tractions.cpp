@@ -150,7 +150,7 @@ TEST(Tractions, MomentumGrowsByTheForce)
         State<2> s      = method.start(std::move(p));
         const double dt = 0.1 * courant_time_step(method.model(), s.particles);
         for (int k = 0; k < 10; ++k) method.step(s, dt);
-        const Vec<3> momentum = totals(method.model(), s.particles).momentum;
+        const Vec<3> momentum = totals(method.model(), s).momentum;
         EXPECT_NEAR(momentum[0], 0.2 * 2.0 * 9.5 * dt, 1e-11);  // the first kick is a half
         EXPECT_NEAR(momentum[1], -0.2 * 9.5 * dt, 1e-11);
     });

@@ -52,7 +52,7 @@ LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS")  # each
 
 
 class ManyProcesses(Directory):
-    """Under mpiexec or srun each process would run the case."""
+    """Under mpiexec or srun each process would do the same. test_ranks.py has `ordo run`."""
 
     def run_as_one_of(self, variable, count, *args):
         with unittest.mock.patch.dict(os.environ, {variable: count}):
@@ -61,10 +61,10 @@ class ManyProcesses(Directory):
     def test_are_refused(self):
         before = contents(self.dir)
         for variable in LAUNCHERS:
-            for command in (("run", "case.toml", "--output", "out"), ("verify", "homogeneous"), ("list", "methods")):
+            for command in (("check", "case.toml"), ("verify", "homogeneous"), ("list", "methods")):
                 done = self.run_as_one_of(variable, "4", *command)
                 self.assertEqual((done.returncode, done.stdout), (2, ""))
-                for text in ("one of 4 processes", variable, "--threads"):
+                for text in ("one of 4 processes", variable, "without mpiexec"):
                     self.assertIn(text, done.stderr)
         self.assertEqual(contents(self.dir), before)
 

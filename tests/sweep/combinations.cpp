@@ -93,10 +93,10 @@ void check_conservation(const MethodSpec& spec, const LawRow& law)
         return v;
     };
     set_velocities(s.particles, 0, s.particles.count, wobble, method.model().h);
-    const Totals before = totals(method.model(), s.particles);
+    const Totals before = totals(method.model(), s);
     const int steps     = D < 3 || !is_walled ? kSteps : needs_full_grid(spec) ? kSteps / 10 : kSteps / 2;  // to save time
     for (int k = 0; k < steps; ++k) method.step(s, 0.1 * courant_time_step(method.model(), s.particles));
-    const Totals after = totals(method.model(), s.particles);
+    const Totals after = totals(method.model(), s);
     double size        = 0;
     std::vector<bool> seen(s.particles.x.size());
     for (int i = 0; i < s.particles.count; ++i) {

@@ -176,7 +176,7 @@ TEST_F(Floor, HoldsTheSameNodesAgain)
     nodes[lattice.offset({2, 1})][NodeLane::velocity]     = 0.25;  // sticks
     in_walls.advance(walls, shifts, nodes.data(), {0.0}, {nullptr, 1.0});
     fill({{4, -1}});
-    std::vector<Exchange> exchange(1);
+    std::vector<ExchangeParts> exchange(1);
     in_walls.repeat(walls, shifts, nodes.data(), velocities(walls, 0.0), {0.0, 1.0}, {&exchange, 1.0});
     EXPECT_EQ(at(0.0, 0.0), (std::array{4.0, -1.0, 0.125, 0.25}));
     EXPECT_EQ(at(0.25, 0.0), (std::array{0.0, 0.0, 0.125, 0.25}));
@@ -187,8 +187,8 @@ TEST_F(Floor, HoldsTheSameNodesAgain)
         if (in_walls.grip(touch.number, 0) != Grip::none) mass += m;
         if (in_walls.grip(touch.number, 0) == Grip::sticks) stuck += m;
     }
-    EXPECT_EQ(exchange[0].force[1], mass);
-    EXPECT_EQ(exchange[0].force[0], -4 * stuck);
+    EXPECT_EQ(exchange[0].force[1].value(), mass);
+    EXPECT_EQ(exchange[0].force[0].value(), -4 * stuck);
 }
 TEST_F(Floor, LeavesWhatConditionsHold)
 {

@@ -218,7 +218,7 @@ double growth_of_noise(const MethodSpec& method, int per_axis, double shift)
     double tenths[10]{};
     for (int n = 0; n < 2000; ++n) {
         scheme->step(s, dt);
-        tenths[n / 200] = std::max(tenths[n / 200], totals(scheme->model(), s.particles).total_energy());
+        tenths[n / 200] = std::max(tenths[n / 200], totals(scheme->model(), s).total_energy());
     }
     return tenths[9] / tenths[0];
 }
@@ -370,11 +370,11 @@ TEST(EnergyBalance, Closes)
             particles, 0, particles.count, [](const Vec<1>& x) { return Vec<1>{1e-6 * std::sin(kPi * x[0] / 8)}; }, model.h);
         Simulation<1> sim(model, [&](const Scheme<1>& scheme) { return scheme.start(std::move(particles)); },
                           {.end = 100.0, .dt = 0.3});
-        const double first = totals(model, sim.state().particles).total_energy();
+        const double first = totals(model, sim.state()).total_energy();
         double last        = first;
         for (int k = 0; k < 20; ++k) {
             const EnergyBalance e = step_with_balance(sim);
-            const double now      = totals(model, sim.state().particles).total_energy();
+            const double now      = totals(model, sim.state()).total_energy();
             EXPECT_LT(std::fabs(e.motion - e.work), 1e-12 * first) << k;
             EXPECT_LT(std::fabs(e.projection + e.motion + e.update + e.stress - e.work - (now - last)), 1e-12 * first) << k;
             last = now;

@@ -1,0 +1,201 @@
+// Which records of nodes ranks hand on in a scatter, and when.
+//
+// The value of a node is a sum that begins at 0 and takes tiles by colour. Where the next tile that may write to the node belongs to
+// another rank, the record goes there: before the colour of that tile, so the sum is the one that a single process finds, bit by bit.
+// After the last colour the sum goes to all ranks that hold the node's block. A rank needs a block if one of its tiles may write to it, or reads
+// nodes near it; it holds blocks that it needs and those with periodic images of their nodes. So all records of a block that a rank needs are right,
+// also after sums over images, and whatever is done to them after the scatter is done by each of these ranks.
+#pragma once
+
+#include "grid/tiles.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace ordo {
+
+/// The tiles of all ranks that hold particles, and whose they are.
+class TileOwners {
+  public:
+    TileOwners() = default;
+    /// @param owners pairs of a tile's number and its rank, in any order
+    explicit TileOwners(std::vector<std::pair<std::uint64_t, int>> owners) : owners_(std::move(owners))
+    {
+        std::sort(owners_.begin(), owners_.end());
+    }
+
+    /// The rank of a tile; -1 if it holds no particles.
+    int rank_of(std::uint64_t tile) const
+    {
+        const auto at = std::lower_bound(owners_.begin(), owners_.end(), std::pair(tile, 0));
+        return at != owners_.end() && at->first == tile ? at->second : -1;
+    }
+    const std::vector<std::pair<std::uint64_t, int>>& all() const { return owners_; }
+
+  private:
+    std::vector<std::pair<std::uint64_t, int>> owners_;  ///< ascending
+};
+
+/// A tile that may write to a block.
+template <int D>
+struct TileWriter {
+    std::uint64_t tile;
+    int rank, colour;
+    IndexBox<D> nodes;
+};
+
+/// Which ranks need a block, and which hold it so that all records that a rank needs are right on it.
+template <int D>
+class BlockHolders {
+  public:
+    /// @param ring cells beyond those that a tile may write to, in which its rank needs all nodes
+    BlockHolders(const Tiles<D>& tiles, const Lattice<D>& lattice, const TileOwners& owners, int ring)
+        : tiles_(tiles), lattice_(lattice), owners_(owners), ring_(ring)
+    {}
+
+    /// The tiles that may write to nodes of a block, by colour.
+    std::vector<TileWriter<D>> writers(const Block<D>& block) const
+    {
+        std::vector<TileWriter<D>> r;
+        tiles_.tiles_around(tiles_.nodes_of(block)).for_each([&](const Index<D>& at) {
+            const std::uint64_t tile = tiles_.number_of_tile(at, tiles_.field_of(block));
+            if (const int rank = owners_.rank_of(tile); rank >= 0)
+                r.push_back({tile, rank, Tiles<D>::colour(at), tiles_.reached_by(at)});
+        });
+        std::stable_sort(r.begin(), r.end(), [](const auto& a, const auto& b) { return a.colour < b.colour; });
+        return r;
+    }
+    /// The ranks, ascending, with a tile that writes to the block or within the ring. If no tile does, but to a block of periodic images
+    /// of its nodes, the first of those ranks.
+    std::vector<int> needing(const Block<D>& block) const
+    {
+        std::vector<int> r = near(block);
+        if (!r.empty()) return r;
+        for (const Block<D>& image : images(block)) add(r, near(image));
+        if (r.size() > 1) r.resize(1);
+        return r;
+    }
+    /// The ranks that need the block or one with periodic images of its nodes: sums over images then find all of them.
+    std::vector<int> holding(const Block<D>& block) const
+    {
+        std::vector<int> r = needing(block);
+        for (const Block<D>& image : images(block)) add(r, needing(image));
+        return r;
+    }
+
+  private:
+    static void add(std::vector<int>& all, const std::vector<int>& more)
+    {
+        all.insert(all.end(), more.begin(), more.end());
+        std::sort(all.begin(), all.end());
+        all.erase(std::unique(all.begin(), all.end()), all.end());
+    }
+    std::vector<int> near(const Block<D>& block) const
+    {
+        IndexBox<D> nodes = tiles_.nodes_of(block);
+        for (int a = 0; a < D; ++a) {
+            nodes.lo[a] -= ring_;
+            nodes.hi[a] += ring_;
+        }
+        std::vector<int> r;
+        tiles_.tiles_around(nodes).for_each([&](const Index<D>& at) {
+            if (const int rank = owners_.rank_of(tiles_.number_of_tile(at, tiles_.field_of(block))); rank >= 0) r.push_back(rank);
+        });
+        std::vector<int> once;
+        add(once, r);
+        return once;
+    }
+    /// The other blocks with nodes that repeat nodes of this one.
+    std::vector<Block<D>> images(const Block<D>& block) const
+    {
+        std::vector<std::uint64_t> all{tiles_.number_of_block(block)};
+        tiles_.add_periodic_images(all);
+        std::vector<Block<D>> r;
+        for (const std::uint64_t number : all)
+            if (const Block<D> one = tiles_.block_of(number); !(one == block)) r.push_back(one);
+        return r;
+    }
+
+    const Tiles<D>& tiles_;
+    const Lattice<D>& lattice_;
+    const TileOwners& owners_;
+    int ring_;
+};
+
+/// The numbers of the blocks that each rank should hold because the particles of this one, `index`, touch them: blocks that nobody needs
+/// stay here.
+template <int D>
+std::vector<std::vector<std::uint64_t>> blocks_to_tell(const Tiles<D>& tiles, const BlockHolders<D>& holders, int count,
+                                                       int index)
+{
+    std::vector<std::vector<std::uint64_t>> r(static_cast<std::size_t>(count));
+    for (const std::uint64_t number : tiles.block_numbers()) {
+        std::vector<int> ranks = holders.holding(tiles.block_of(number));
+        if (ranks.empty()) ranks = {index};
+        for (const int rank : ranks) r[static_cast<std::size_t>(rank)].push_back(number);
+    }
+    return r;
+}
+
+/// What a rank does with the blocks that others hold too.
+struct RimPlan {
+    std::vector<RankRound> rounds;       ///< [c]: before colour c; the last are the sums
+    std::vector<bool> is_rim;            ///< by tile of this rank: it writes to records that are handed on
+    std::vector<bool> counts_elsewhere;  ///< by block: sums over nodes count it on the rank of its first writer
+};
+
+/// The plan of rank `index`, whose tiles these are with all blocks that it holds.
+template <int D>
+RimPlan plan_rims(const Tiles<D>& tiles, const Lattice<D>& lattice, const BlockHolders<D>& holders, int index)
+{
+    constexpr int last  = Tiles<D>::colour_count;
+    const auto& numbers = tiles.tile_numbers();
+    RimPlan plan;
+    plan.rounds.resize(last + 1);
+    plan.is_rim.assign(numbers.size(), false);
+    plan.counts_elsewhere.assign(tiles.blocks().size(), false);
+    auto list = [](std::vector<RankMessage>& messages, int rank, std::ptrdiff_t node) {
+        auto at =
+            std::lower_bound(messages.begin(), messages.end(), rank, [](const RankMessage& m, int r) { return m.rank < r; });
+        if (at == messages.end() || at->rank != rank) at = messages.insert(at, {rank, {}});
+        at->nodes.push_back(node);
+    };
+    auto hand_on = [&](int round, int from, int to, std::ptrdiff_t node) {
+        if (from == index) list(plan.rounds[static_cast<std::size_t>(round)].out, to, node);
+        if (to == index) list(plan.rounds[static_cast<std::size_t>(round)].in, from, node);
+    };
+    for (std::size_t k = 0; k < tiles.blocks().size(); ++k) {
+        const Block<D>& block        = tiles.blocks()[k];
+        const std::vector<int> ranks = holders.holding(block);
+        if (ranks.size() < 2) continue;
+        const std::vector<TileWriter<D>> writers = holders.writers(block);
+        plan.counts_elsewhere[k] = (writers.empty() ? holders.needing(block).front() : writers.front().rank) != index;
+        tiles.nodes_of(block).for_each([&](const Index<D>& at) {
+            const std::ptrdiff_t node   = block.first_node + lattice.offset(at);
+            const TileWriter<D>* before = nullptr;
+            bool is_handed_on           = false;
+            for (const auto& one : writers) {
+                if (!one.nodes.contains(at)) continue;
+                if (before && before->rank != one.rank) {
+                    hand_on(one.colour, before->rank, one.rank, node);
+                    is_handed_on = true;
+                }
+                before = &one;
+            }
+            if (!before) return;  // zero on all ranks
+            for (const int rank : ranks)
+                if (rank != before->rank) hand_on(last, before->rank, rank, node);
+            if (!is_handed_on) return;
+            for (const auto& one : writers)
+                if (one.rank == index && one.nodes.contains(at))
+                    plan.is_rim[static_cast<std::size_t>(std::lower_bound(numbers.begin(), numbers.end(), one.tile) -
+                                                         numbers.begin())] = true;
+        });
+    }
+    return plan;
+}
+
+}  // namespace ordo

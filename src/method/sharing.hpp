@@ -1,0 +1,58 @@
+// The part of a state that one rank has: the particles of its tiles, and the blocks of nodes that these write to.
+#pragma once
+
+#include "grid/rim_plan.hpp"
+#include "method/state.hpp"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace ordo {
+
+/// Why ranks cannot share a model, and what to do instead; empty if they can.
+template <int D>
+std::string alone_because(const Model<D>& model);
+
+/// Throws InputError with that.
+template <int D>
+void require_shareable(const Model<D>& model);
+
+/// Of a sorted state that each rank has whole, keeps the part of this rank. Throws InputError if the model cannot be shared.
+template <int D>
+void distribute(const Model<D>& model, State<D>& s, Ranks& ranks);
+
+/// Divides the tiles of the coming sort among the ranks, and sends particles to the ranks of their tiles. tile_of(i) is the number of the
+/// tile of particle i. Particles are then in the order of the sort before. Returns whose the tiles are.
+template <int D>
+TileOwners migrate(const Model<D>& model, State<D>& s, const Tiles<D>& tiles, const std::function<std::uint64_t(int)>& tile_of);
+
+/// Tells others the blocks that the particles of this rank touch, and sets up the relay of `tiles`.
+template <int D>
+void join_rims(Ranks& ranks, const MethodSpec& method, const Lattice<D>& lattice, const TileOwners& owners, Tiles<D>& tiles);
+
+/// While it lives, rank 0 has the tiles of all ranks in its state and, as asked for, all particles in the order of a single process and
+/// the nodes of blocks. For files.
+template <int D>
+class Gathered {
+  public:
+    /// @param is_wanted says whether a block with these nodes is wanted; null: none is
+    Gathered(const Model<D>& model, State<D>& s, bool with_particles,
+             const std::function<bool(const IndexBox<D>&)>& is_wanted = {});
+    ~Gathered();
+    Gathered(const Gathered&)            = delete;
+    Gathered& operator=(const Gathered&) = delete;
+
+  private:
+    void gather_tiles();
+    void gather_particles(const Model<D>& model);
+    void gather_nodes(const std::function<bool(const IndexBox<D>&)>& is_wanted);
+    void swap();
+
+    State<D>& s_;
+    bool is_swapped_ = false, has_particles_ = false;
+    Particles<D> particles_;  ///< the others: of this rank once they are swapped
+    Tiles<D> tiles_;
+};
+
+}  // namespace ordo
