@@ -29,22 +29,34 @@ namespace {
 
 constexpr const char* kLibrary = "libordo_ranks.so";
 
-/// The first of these variables that is set, as a number; nothing if none is.
-template <std::size_t n>
-std::pair<const char*, int> number_in(const std::array<const char*, n>& names)
+/// A launcher's variables, and what they say.
+struct Launcher {
+    const char *of_count, *of_index;
+
+    static int number(const char* name)
+    {
+        const char* text = std::getenv(name);
+        return text ? std::atoi(text) : 0;
+    }
+    int count() const { return number(of_count); }
+    int index() const { return number(of_index); }
+};
+
+/// The one that has started several processes; null if none has.
+const Launcher* launcher()
 {
-    for (const char* name : names)
-        if (const char* text = std::getenv(name)) return {name, std::atoi(text)};
-    return {nullptr, 0};
+    static constexpr Launcher all[] = {
+        {"OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"}, {"PMI_SIZE", "PMI_RANK"}, {"SLURM_STEP_NUM_TASKS", "SLURM_PROCID"}};
+    for (const Launcher& one : all)
+        if (one.count() > 1) return &one;
+    return nullptr;
 }
 
-std::pair<const char*, int> processes()
-{
-    return number_in(std::array{"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"});
-}
+/// "started as one of 4 processes (PMI_SIZE)"
+std::string started() { return fmt::format("started as one of {} processes ({})", launcher()->count(), launcher()->of_count); }
 
 /// The function that starts ranks, in the library beside the program or where it is installed.
-Ranks* (*starter())()
+StartRanks* starter()
 {
     std::error_code none;
     const std::filesystem::path beside = std::filesystem::read_symlink("/proc/self/exe", none).parent_path();
@@ -52,17 +64,16 @@ Ranks* (*starter())()
     for (const std::filesystem::path& folder : {beside, beside / ".." / "lib" / "ordo"}) {
         if (!std::filesystem::exists(folder / kLibrary, none)) continue;
         if (void* handle = dlopen((folder / kLibrary).c_str(), RTLD_NOW | RTLD_GLOBAL | RTLD_NODELETE))
-            if (void* address = dlsym(handle, "ordo_start_ranks")) return reinterpret_cast<Ranks* (*)()>(address);
+            if (void* address = dlsym(handle, "ordo_start_ranks")) return reinterpret_cast<StartRanks*>(address);
         reason = dlerror();
     }
-    const auto [name, count] = processes();
     throw InputError(
         reason.empty()
             ? fmt::format(
-                  "started as one of {} processes ({}), but this ordo was built without ranks: build with -DORDO_RANKS=ON "
+                  "{}, but this ordo was built without ranks: build with -DORDO_RANKS=ON "
                   "(package petsc-dev), or start it without mpiexec or srun, with --threads for more cores; if each process "
                   "has a case of its own, unset {}",
-                  count, name, name)
+                  started(), launcher()->of_count)
             : fmt::format("{} cannot be loaded: {}; install the packages that it was built with", kLibrary, reason));
 }
 
@@ -91,23 +102,22 @@ void warn_of_differences(Ranks& ranks)
 
 }  // namespace
 
-int launched_processes() { return std::max(processes().second, 1); }
+int launched_processes() { return launcher() ? launcher()->count() : 1; }
 
 void require_one_process()
 {
-    if (launched_processes() > 1)
+    if (launcher())
         throw InputError(
-            fmt::format("started as one of {} processes ({}), but this command runs on one; start it without mpiexec or "
-                        "srun; if each process has a case of its own, unset {}",
-                        processes().second, processes().first, processes().first));
+            fmt::format("{}, but this command runs on one; start it without mpiexec or srun; if each process has a case "
+                        "of its own, unset {}",
+                        started(), launcher()->of_count));
 }
 
 Launch::Launch()
 {
-    if (launched_processes() == 1) return;
-    const auto [name, index] = number_in(std::array{"OMPI_COMM_WORLD_RANK", "PMI_RANK", "SLURM_PROCID"});
-    io::leaves_messages()    = index > 0;
-    starter_                 = starter();
+    if (!launcher()) return;
+    io::leaves_messages() = launcher()->index() > 0;
+    starter_              = starter();
 }
 
 Ranks& Launch::start()
@@ -115,10 +125,8 @@ Ranks& Launch::start()
     if (!starter_) return alone();
     ranks_.reset(starter_());
     if (ranks_->count() != launched_processes())
-        throw InputError(
-            fmt::format("started as one of {} processes ({}), but MPI finds {}: the launcher is of another MPI than the one "
-                        "that ordo was built with",
-                        launched_processes(), processes().first, ranks_->count()));
+        throw InputError(fmt::format("{}, but MPI finds {}: the launcher is of another MPI than the one that ordo was built with",
+                                     started(), ranks_->count()));
     io::leaves_messages() = ranks_->index() > 0;
     warn_of_differences(*ranks_);
     return *ranks_;

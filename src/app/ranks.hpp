@@ -7,6 +7,9 @@
 
 namespace ordo::app {
 
+/// What the library of ranks has, see ranks/petsc.cpp.
+using StartRanks = Ranks*();
+
 /// How many processes a launcher has started; 1 without one.
 int launched_processes();
 
@@ -29,7 +32,7 @@ class Launch {
     void fail(const std::exception& error);
 
   private:
-    Ranks* (*starter_)() = nullptr;
+    StartRanks* starter_ = nullptr;
     std::unique_ptr<Ranks> ranks_;
 };
 

@@ -75,7 +75,7 @@ class BlockHolders {
         std::vector<int> r = near(block);
         if (!r.empty()) return r;
         for (const Block<D>& image : images(block)) add(r, near(image));
-        if (r.size() > 1) r.resize(1);
+        if (!r.empty()) r.erase(r.begin() + 1, r.end());
         return r;
     }
     /// The ranks that need the block or one with periodic images of its nodes: sums over images then find all of them.
