@@ -186,76 +186,123 @@ void join_rims(Ranks& ranks, const MethodSpec& method, const Lattice<D>& lattice
     share(ranks, lattice, holders, tiles);
 }
 
+namespace {
+
+/// Particles of a tile among those of a rank.
+struct Piece {
+    std::uint64_t tile;
+    int rank;
+    std::int64_t begin, count;
+};
+
+/// The tiles of all ranks, ascending.
 template <int D>
-Gathered<D>::Gathered(const Model<D>& model, State<D>& s, bool with_particles,
-                      const std::function<bool(const IndexBox<D>&)>& is_wanted)
-    : s_(s)
+std::vector<Piece> all_tiles(const State<D>& s)
 {
-    if (s.ranks->is_alone()) return;
-    gather_tiles();
-    if (with_particles) gather_particles(model);
-    if (is_wanted) gather_nodes(is_wanted);
-    if (s.ranks->index() == 0) swap();
+    std::vector<Piece> r;
+    const auto of_ranks = gather_all(*s.ranks, filled_tiles(s.field.tiles));
+    for (std::size_t rank = 0; rank < of_ranks.size(); ++rank) {
+        std::int64_t begin = 0;
+        for (const Filled& one : of_ranks[rank]) {
+            r.push_back({one.tile, static_cast<int>(rank), begin, one.particles});
+            begin += one.particles;
+        }
+    }
+    std::sort(r.begin(), r.end(), [](const Piece& a, const Piece& b) { return a.tile < b.tile; });
+    return r;
 }
 
 template <int D>
-Gathered<D>::~Gathered()
+Tiles<D> gathered_tiles(const State<D>& s, const std::vector<Piece>& pieces)
 {
-    if (is_swapped_) swap();
-}
-
-template <int D>
-void Gathered<D>::gather_tiles()
-{
-    Ranks& ranks = *s_.ranks;
-    std::map<std::uint64_t, std::int64_t> size_of;
-    for (const std::vector<Filled>& of_rank : gather_all(ranks, filled_tiles(s_.field.tiles)))
-        for (const auto& [tile, particles] : of_rank) size_of[tile] = particles;
     TileRecord record;
-    for (const auto& of_rank : gather_all(ranks, s_.field.tiles.block_numbers()))
+    for (const auto& of_rank : gather_all(*s.ranks, s.field.tiles.block_numbers()))
         record.blocks.insert(record.blocks.end(), of_rank.begin(), of_rank.end());
     std::sort(record.blocks.begin(), record.blocks.end());
     record.blocks.erase(std::unique(record.blocks.begin(), record.blocks.end()), record.blocks.end());
     std::int32_t end = 0;
-    for (const auto& [tile, size] : size_of) {
-        record.tiles.push_back(tile);
-        record.ends.push_back(end += static_cast<std::int32_t>(size));
+    for (const Piece& one : pieces) {
+        record.tiles.push_back(one.tile);
+        record.ends.push_back(end += static_cast<std::int32_t>(one.count));
     }
-    tiles_ = Tiles<D>(s_.lattice, s_.field.tiles.halo(), end, s_.field.tiles.fields());
-    tiles_.restore(std::move(record), end);
+    Tiles<D> tiles(s.lattice, s.field.tiles.halo(), end, s.field.tiles.fields());
+    tiles.restore(std::move(record), end);
+    return tiles;
 }
 
+/// A corner, and where it is.
 template <int D>
-void Gathered<D>::gather_particles(const Model<D>& model)
+struct Corner {
+    int number;
+    Vec<D> x, v;
+};
+
+template <int D>
+std::vector<Corner<D>> own_corners(const Particles<D>& p)
 {
-    Ranks& ranks                       = *s_.ranks;
-    const FieldGroups groups           = field_groups(model);
-    const std::vector<OldPlace> places = places_in(s_.field.tiles, s_.particles.count);
+    std::vector<bool> is_own(p.corner.size(), false);
+    for (const CornerIds<D>& cell : p.cell)
+        for (int c = 0; c < cell.count(); ++c) is_own[static_cast<std::size_t>(cell[c])] = true;
+    std::vector<Corner<D>> r;
+    for (std::size_t c = 0; c < is_own.size(); ++c)
+        if (is_own[c])
+            r.push_back({static_cast<int>(c), p.corner[c], p.corner_velocity.empty() ? Vec<D>{} : p.corner_velocity[c]});
+    return r;
+}
+
+/// Those of all ranks on the first, none on others. Fields travel as they are, one after the other.
+template <int D>
+Particles<D> gathered_particles(const Model<D>& model, State<D>& s, const std::vector<Piece>& pieces)
+{
+    Ranks& ranks             = *s.ranks;
+    Particles<D>& p          = s.particles;
+    const FieldGroups groups = field_groups(model);
     std::vector<Bytes> out(static_cast<std::size_t>(ranks.count()));
-    for (int i = 0; i < s_.particles.count; ++i) pack(s_.particles, groups, i, places[static_cast<std::size_t>(i)], out[0]);
+    p.for_each_field_of(groups,
+                        [&]<class T>(const Array<T>& field) { put_all(out[0], std::span<const T>(field.data(), field.size())); });
     const std::vector<Bytes> all = ranks.exchange(std::move(out));
-    if (ranks.index() != 0) return;
-    has_particles_ = true;
-    particles_     = Particles<D>(0, groups);
-    copy(particles_.corner, s_.particles.corner);
-    copy(particles_.corner_velocity, s_.particles.corner_velocity);
-    merge(
-        particles_, groups, {}, [](int) { return false; }, all);
+    const auto corners           = gather_all(ranks, own_corners(p));
+    if (ranks.index() != 0) return {};
+
+    std::int64_t count = 0;
+    for (const Piece& one : pieces) count += one.count;
+    Particles<D> r(static_cast<int>(count), groups);
+    std::vector<std::int64_t> of_rank(all.size(), 0);
+    for (const Piece& one : pieces) of_rank[static_cast<std::size_t>(one.rank)] += one.count;
+    std::vector<std::size_t> offset(all.size(), 0);  // of the field among the bytes of each rank
+    r.for_each_field_of(groups, [&]<class T>(Array<T>& field) {
+        auto* to = reinterpret_cast<unsigned char*>(field.data());
+        for (const Piece& one : pieces) {
+            const auto rank        = static_cast<std::size_t>(one.rank);
+            const std::size_t size = static_cast<std::size_t>(one.count) * sizeof(T);
+            std::memcpy(to, all[rank].data() + offset[rank] + static_cast<std::size_t>(one.begin) * sizeof(T), size);
+            to += size;
+        }
+        for (std::size_t rank = 0; rank < all.size(); ++rank) offset[rank] += static_cast<std::size_t>(of_rank[rank]) * sizeof(T);
+    });
+    copy(r.corner, p.corner);
+    copy(r.corner_velocity, p.corner_velocity);
+    for (const std::vector<Corner<D>>& some : corners)
+        for (const Corner<D>& one : some) {
+            r.corner[static_cast<std::size_t>(one.number)] = one.x;
+            if (!r.corner_velocity.empty()) r.corner_velocity[static_cast<std::size_t>(one.number)] = one.v;
+        }
+    return r;
 }
 
-/// Puts the nodes of others in their places, which nothing else of this rank reads.
+/// Puts the nodes of other ranks in their places on the first, where nothing else reads them.
 template <int D>
-void Gathered<D>::gather_nodes(const std::function<bool(const IndexBox<D>&)>& is_wanted)
+void gather_nodes(State<D>& s, const std::function<bool(const IndexBox<D>&)>& is_wanted)
 {
-    Ranks& ranks          = *s_.ranks;
-    const Tiles<D>& tiles = s_.field.tiles;
-    Lanes* nodes          = s_.field.nodes.data();
+    Ranks& ranks          = *s.ranks;
+    const Tiles<D>& tiles = s.field.tiles;
+    Lanes* nodes          = s.field.nodes.data();
     std::vector<Bytes> out(static_cast<std::size_t>(ranks.count()));
     for (std::size_t k = 0; k < tiles.blocks().size() && ranks.index() != 0; ++k) {
         const Block<D>& block = tiles.blocks()[k];
         if (!tiles.counts_here(k) || !is_wanted(tiles.nodes_of(block))) continue;
         put(out[0], tiles.block_numbers()[k]);
-        tiles.nodes_of(block).for_each([&](const Index<D>& at) { put(out[0], nodes[block.first_node + s_.lattice.offset(at)]); });
+        tiles.nodes_of(block).for_each([&](const Index<D>& at) { put(out[0], nodes[block.first_node + s.lattice.offset(at)]); });
     }
     for (const Bytes& from : ranks.exchange(std::move(out)))
         for (const unsigned char* at = from.data(); at != from.data() + from.size();) {
@@ -264,10 +311,31 @@ void Gathered<D>::gather_nodes(const std::function<bool(const IndexBox<D>&)>& is
             at += sizeof(number);
             const Block<D> block = tiles.block_of(number);
             tiles.nodes_of(block).for_each([&](const Index<D>& node) {
-                std::memcpy(static_cast<void*>(&nodes[block.first_node + s_.lattice.offset(node)]), at, sizeof(Lanes));
+                std::memcpy(static_cast<void*>(&nodes[block.first_node + s.lattice.offset(node)]), at, sizeof(Lanes));
                 at += sizeof(Lanes);
             });
         }
+}
+
+}  // namespace
+
+template <int D>
+Gathered<D>::Gathered(const Model<D>& model, State<D>& s, bool with_particles,
+                      const std::function<bool(const IndexBox<D>&)>& is_wanted)
+    : s_(s), has_particles_(with_particles)
+{
+    if (s.ranks->is_alone()) return;
+    const std::vector<Piece> pieces = all_tiles(s);
+    tiles_                          = gathered_tiles(s, pieces);
+    if (with_particles) particles_ = gathered_particles(model, s, pieces);
+    if (is_wanted) gather_nodes(s, is_wanted);
+    if (s.ranks->index() == 0) swap();
+}
+
+template <int D>
+Gathered<D>::~Gathered()
+{
+    if (is_swapped_) swap();
 }
 
 template <int D>

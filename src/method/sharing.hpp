@@ -44,9 +44,6 @@ class Gathered {
     Gathered& operator=(const Gathered&) = delete;
 
   private:
-    void gather_tiles();
-    void gather_particles(const Model<D>& model);
-    void gather_nodes(const std::function<bool(const IndexBox<D>&)>& is_wanted);
     void swap();
 
     State<D>& s_;
