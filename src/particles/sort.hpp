@@ -65,7 +65,7 @@ void permute(Particles<D>& particles, const Array<int>& order)
 {
     std::tuple<Array<Vec<D>>, Array<double>, Array<std::int32_t>, Array<Turns<D>>> spare;
     auto spare_of = [&]<class T>() -> Array<T>& {
-        Array<T>& r = std::get<Array<T>>(spare);
+        auto& r = std::get<Array<T>>(spare);
         if (r.empty()) r = Array<T>(order.size());
         return r;
     };

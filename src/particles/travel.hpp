@@ -17,7 +17,7 @@ struct OldPlace {
     std::uint64_t tile  = 0;
     std::uint64_t place = 0;  ///< in the tile
 
-    auto operator<=>(const OldPlace&) const = default;
+    auto operator<=>(const OldPlace&) const = default;  // NOLINT(modernize-use-nullptr): a false alarm of clang-tidy 14
 };
 
 /// Appends particle i with its place: its fields and, under their numbers, the corners of its cell.
