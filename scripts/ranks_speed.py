@@ -3,8 +3,8 @@
 
     scripts/ranks_speed.py build/release/ordo [--particles 100000] [--steps 20] [--turns 5] [--methods mpm,cpdi1]
 
-Runs take turns, so that a busy machine slows all alike. Prints the median seconds of the steps, without set-up, output and start of MPI, and ratios of
-speeds. ordo must have been built with -DORDO_RANKS=ON. Exit code 2 if a run fails.
+Runs take turns, so that a busy machine slows all alike. Prints the median seconds of the steps and of the two frames, without set-up and start of MPI,
+and ratios of speeds. With one rank ordo starts no MPI. It must have been built with -DORDO_RANKS=ON. Exit code 1 if a run fails.
 """
 
 import argparse

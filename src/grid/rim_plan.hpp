@@ -33,7 +33,6 @@ class TileOwners {
         const auto at = std::lower_bound(owners_.begin(), owners_.end(), std::pair(tile, 0));
         return at != owners_.end() && at->first == tile ? at->second : -1;
     }
-    const std::vector<std::pair<std::uint64_t, int>>& all() const { return owners_; }
 
   private:
     std::vector<std::pair<std::uint64_t, int>> owners_;  ///< ascending
@@ -52,9 +51,7 @@ template <int D>
 class BlockHolders {
   public:
     /// @param ring cells beyond those that a tile may write to, in which its rank needs all nodes
-    BlockHolders(const Tiles<D>& tiles, const Lattice<D>& lattice, const TileOwners& owners, int ring)
-        : tiles_(tiles), lattice_(lattice), owners_(owners), ring_(ring)
-    {}
+    BlockHolders(const Tiles<D>& tiles, const TileOwners& owners, int ring) : tiles_(tiles), owners_(owners), ring_(ring) {}
 
     /// The tiles that may write to nodes of a block, by colour.
     std::vector<TileWriter<D>> writers(const Block<D>& block) const
@@ -87,11 +84,15 @@ class BlockHolders {
     }
 
   private:
+    static void sort_once(std::vector<int>& r)
+    {
+        std::sort(r.begin(), r.end());
+        r.erase(std::unique(r.begin(), r.end()), r.end());
+    }
     static void add(std::vector<int>& all, const std::vector<int>& more)
     {
         all.insert(all.end(), more.begin(), more.end());
-        std::sort(all.begin(), all.end());
-        all.erase(std::unique(all.begin(), all.end()), all.end());
+        sort_once(all);
     }
     std::vector<int> near(const Block<D>& block) const
     {
@@ -104,9 +105,8 @@ class BlockHolders {
         tiles_.tiles_around(nodes).for_each([&](const Index<D>& at) {
             if (const int rank = owners_.rank_of(tiles_.number_of_tile(at, tiles_.field_of(block))); rank >= 0) r.push_back(rank);
         });
-        std::vector<int> once;
-        add(once, r);
-        return once;
+        sort_once(r);
+        return r;
     }
     /// The other blocks with nodes that repeat nodes of this one.
     std::vector<Block<D>> images(const Block<D>& block) const
@@ -120,7 +120,6 @@ class BlockHolders {
     }
 
     const Tiles<D>& tiles_;
-    const Lattice<D>& lattice_;
     const TileOwners& owners_;
     int ring_;
 };

@@ -114,7 +114,7 @@ void distribute(const Model<D>& model, State<D>& s, Ranks& ranks)
     require_shareable(model);
     const Tiles<D>& whole   = s.field.tiles;
     const TileOwners owners = divide(ranks, whole, filled_tiles(whole));
-    const BlockHolders<D> holders(whole, s.lattice, owners, ring_of(model.method));
+    const BlockHolders<D> holders(whole, owners, ring_of(model.method));
     auto is_mine = [&](std::uint64_t tile) { return owners.rank_of(tile) == ranks.index(); };
     std::vector<std::uint64_t> own =
         std::move(blocks_to_tell(whole, holders, ranks.count(), 0)[static_cast<std::size_t>(ranks.index())]);
@@ -171,7 +171,7 @@ TileOwners migrate(const Model<D>& model, State<D>& s, const Tiles<D>& tiles, co
 template <int D>
 void join_rims(Ranks& ranks, const MethodSpec& method, const Lattice<D>& lattice, const TileOwners& owners, Tiles<D>& tiles)
 {
-    const BlockHolders<D> holders(tiles, lattice, owners, ring_of(method));
+    const BlockHolders<D> holders(tiles, owners, ring_of(method));
     std::vector<Bytes> out;
     for (const std::vector<std::uint64_t>& blocks : blocks_to_tell(tiles, holders, ranks.count(), ranks.index()))
         put_all(out.emplace_back(), std::span<const std::uint64_t>(blocks));

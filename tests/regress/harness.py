@@ -60,16 +60,16 @@ def edit(text, *changes):
     return text
 
 
-def start(*args, cwd, preload=None):
-    """Starts ordo; with the functions of a shared library in the place of those of the system."""
+def start(*args, cwd, preload=None, launcher=(), **how):
+    """Starts ordo, by a launcher; with the functions of a shared library in the place of those of the system."""
     more = {"LD_PRELOAD": str(preload), "ASAN_OPTIONS": os.environ.get("ASAN_OPTIONS", "") + ":verify_asan_link_order=0"} if preload else {}
-    return subprocess.Popen([ORDO, *map(str, args)], cwd=cwd, text=True, errors="backslashreplace", env={**os.environ, **more},
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    return subprocess.Popen([*launcher, ORDO, *map(str, args)], cwd=cwd, text=True, errors="backslashreplace", env={**os.environ, **more},
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, **how)
 
 
-def ordo(*args, cwd, preload=None):
-    """Runs ordo to its end: returncode, stdout, stderr."""
-    process = start(*args, cwd=cwd, preload=preload)
+def ordo(*args, cwd, **how):
+    """Runs ordo to its end: returncode, stdout, stderr. `how` is that of start."""
+    process = start(*args, cwd=cwd, **how)
     try:
         out, err = process.communicate(timeout=HANG)
     finally:
@@ -148,6 +148,12 @@ class InTemporaryDirectory(unittest.TestCase):
         path = self.dir / name
         path.write_text(text)
         return path
+
+    def assert_same_files(self, one, other):
+        """Of two directories, by bytes."""
+        a, b = contents(self.dir / one), contents(self.dir / other)
+        self.assertEqual(a.keys(), b.keys())
+        self.assertEqual([name for name in a if a[name] != b[name]], [], f"files of {one} and {other} differ")
 
     def run_good(self, *args):
         """Runs `ordo run` on one thread, over earlier results if it is no restart, and requires success."""

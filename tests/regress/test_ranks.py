@@ -10,8 +10,9 @@ import signal
 import subprocess
 import time
 import unittest
+import unittest.mock
 
-from harness import CASE, HANG, ORDO, ROOT, InTemporaryDirectory, contents, edit, frames, has_hdf5, read_vtk
+from harness import CASE, HANG, ORDO, ROOT, InTemporaryDirectory, contents, edit, frames, has_hdf5, ordo, read_vtk, start
 
 IS_NIGHTLY = "ORDO_NIGHTLY" in os.environ
 # More ranks than cores, as root in containers; OpenMPI's variables do nothing with other MPIs.
@@ -85,17 +86,12 @@ point = [0.9, 0.5]
 
 @unittest.skipUnless(HAS_RANKS, "this ordo was built without ranks (-DORDO_RANKS=ON), or mpiexec does not work here")
 class Ranks(InTemporaryDirectory):
-    def start(self, count, *args, threads=1, **how):
-        line = ["mpiexec", "-n", str(count), ORDO, "run", *map(str, args), "--threads", str(threads)]
-        return subprocess.Popen(line, cwd=self.dir, text=True, env={**os.environ, **FREE}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **how)
+    def setUp(self):
+        super().setUp()
+        self.enterContext(unittest.mock.patch.dict(os.environ, FREE))
 
-    def on(self, count, *args, **how):
-        process = self.start(count, *args, **how)
-        try:
-            out, err = process.communicate(timeout=HANG)
-        finally:
-            process.kill()
-        return subprocess.CompletedProcess(process.args, process.returncode, out, err)
+    def on(self, count, *args, threads=1, run=ordo, **how):
+        return run("run", *args, "--threads", threads, cwd=self.dir, launcher=("mpiexec", "-n", str(count)), **how)
 
     def good_on(self, count, *args, **how):
         done = self.on(count, *args, "--quiet", **how)
@@ -103,10 +99,8 @@ class Ranks(InTemporaryDirectory):
         return done
 
     def assert_same_files(self, one, other):
-        a, b = contents(self.dir / one), contents(self.dir / other)
-        self.assertEqual(a.keys(), b.keys())
-        self.assertGreater(len(a), 5)
-        self.assertEqual([name for name in a if a[name] != b[name]], [], f"files of {one} and {other} differ")
+        super().assert_same_files(one, other)
+        self.assertGreater(len(contents(self.dir / one)), 5)
 
     def write_flight(self, *changes):
         text = FLIGHT if has_hdf5() else edit(FLIGHT, ("[checkpoint]\nsteps = 20\n", ""))
@@ -205,7 +199,7 @@ class Ranks(InTemporaryDirectory):
             shutil.rmtree(self.dir / "out", ignore_errors=True)
             limit = ["bash", "-c", f'[ "$OMPI_COMM_WORLD_RANK$PMI_RANK" != 0 ] || ulimit -f {max(size // 1024, 1)}; exec "$@"', "-"]
             line = ["mpiexec", "-n", "3", *limit, ORDO, "run", "case.toml", "--output", "out", "--threads", "1", "--quiet"]
-            done = subprocess.run(line, cwd=self.dir, text=True, env={**os.environ, **FREE}, capture_output=True, timeout=HANG)
+            done = subprocess.run(line, cwd=self.dir, text=True, capture_output=True, timeout=HANG)
             self.assertEqual(done.returncode, 1, done.stderr)
             said = self.said_by_ordo(done.stderr)
             self.assertEqual(len(said), 1, done.stderr)
@@ -229,7 +223,7 @@ class Ranks(InTemporaryDirectory):
         self.run_good("case.toml", "--output", "whole", *longer)
         for what in ("USR1", "TERM", "KILL"):
             with self.subTest(what):
-                process = self.start(3, "case.toml", "--output", what, *longer, start_new_session=True)
+                process = self.on(3, "case.toml", "--output", what, *longer, run=start, start_new_session=True)
                 self.addCleanup(process.kill)
                 self.wait_for(self.dir / what / "particles_000002.vtu", process)
                 if what == "KILL":

@@ -48,11 +48,6 @@ class Restart(InTemporaryDirectory):
     def restart(self, *args):
         return self.run_good("case.toml", "--restart", "latest", *args)
 
-    def assert_same_files(self, one, other):
-        a, b = contents(self.dir / one), contents(self.dir / other)
-        self.assertEqual(a.keys(), b.keys())
-        self.assertEqual([name for name in a if a[name] != b[name]], [], "files differ")
-
     def assert_goes_on(self, *args):
         """The whole run, and the same in two parts on different numbers of threads."""
         for name in ("whole", "parts"):
