@@ -489,6 +489,10 @@ FAULTS = [
           "r[static_cast<std::size_t>(@rank@)].push_back(number);", "index", "unit:Relay.SumsAreThoseOfOneProcess"),
     fault("merged-by-place-alone", "particles that arrive are merged by their place in a tile, of whatever tile", "particles/travel.hpp",
           "return @a.place < b.place@;", "a.place.place < b.place.place", "unit:Travel.KeepsTheOrderOfOneProcess"),
+    fault("first-sort-by-place", "particles that ranks have made are merged by their place on their rank", "method/sharing.cpp",
+          "{0, static_cast<std::uint64_t>(@p.id[i]@)};", "i", "pass:Ranks.EveryPresetHasTheBitsOfOneProcessIn2D"),
+    fault("volume-of-a-share", "a round body has its true volume on each rank", "setup/build.cpp",
+          "(is ? of_cut : of_whole) += @V0@;", "seeded.made.has(id) ? V0 : 0.0", "unit:Setup.SharesOfRanksMakeUpTheWhole"),
     fault("tie-not-even", "exact sums round ties up", "base/exact_sum.hpp",
           "const bool is_odd_or_above   = @(mantissa & 1) != 0 || is_more@;", "true", "unit:ExactSum.RoundsToNearestTiesToEven"),
 

@@ -102,7 +102,7 @@ void warn_of_differences(Ranks& ranks)
 
 }  // namespace
 
-int launched_processes() { return launcher() ? launcher()->count() : 1; }
+setup::Share launched_share() { return launcher() ? setup::Share{launcher()->index(), launcher()->count()} : setup::Share{}; }
 
 void require_one_process()
 {
@@ -124,9 +124,11 @@ Ranks& Launch::start()
 {
     if (!starter_) return alone();
     ranks_.reset(starter_());
-    if (ranks_->count() != launched_processes())
-        throw InputError(fmt::format("{}, but MPI finds {}: the launcher is of another MPI than the one that ordo was built with",
-                                     started(), ranks_->count()));
+    const bool differs = ranks_->count() != launcher()->count() || ranks_->index() != launcher()->index();
+    if (largest(*ranks_, differs ? 1 : 0) > 0)
+        throw InputError(
+            fmt::format("{}, but MPI finds rank {} of {}: the launcher is of another MPI than the one that ordo was built with",
+                        started(), ranks_->index(), ranks_->count()));
     io::leaves_messages() = ranks_->index() > 0;
     warn_of_differences(*ranks_);
     return *ranks_;

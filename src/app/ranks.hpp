@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/ranks.hpp"
+#include "setup/build.hpp"
 
 #include <memory>
 
@@ -10,8 +11,8 @@ namespace ordo::app {
 /// What the library of ranks has, see ranks/petsc.cpp.
 using StartRanks = Ranks*();
 
-/// How many processes a launcher has started; 1 without one.
-int launched_processes();
+/// Which of the processes that a launcher has started this is; the only one without a launcher.
+setup::Share launched_share();
 
 /// Throws InputError if there are several: for commands that run on one.
 void require_one_process();
@@ -25,6 +26,7 @@ class Launch {
 
     /// Starts MPI: from now on an error of one process must be one of all. Gmsh, which is forked, must have read its meshes.
     Ranks& start();
+    Ranks& ranks() const { return ranks_ ? *ranks_ : alone(); }
     /// Shares the cores that this process may use with those beside it that may use the same.
     void divide_threads();
     /// An error is about to end this process. Before the ranks have started, processes other than the first say theirs if the first has

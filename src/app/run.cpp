@@ -108,11 +108,13 @@ class JoinSignals : public Observer<D> {
 };
 
 template <int D>
-void announce(const io::CaseInput& input, const Simulation<D>& sim, const Ranks& ranks, bool is_restart)
+void announce(const io::CaseInput& input, const Simulation<D>& sim, Ranks& ranks, bool is_restart)
 {
     const State<D>& s       = sim.state();
     const std::string parts = ranks.is_alone() ? "" : fmt::format(" of {} ranks", ranks.count());
-    io::say("{}: {}D, {} particles, {} on {} thread{}{}\n", input.title.empty() ? "ordo" : input.title, D, s.particles.count,
+    std::int64_t particles  = s.particles.count;
+    ranks.add({&particles, 1});
+    io::say("{}: {}D, {} particles, {} on {} thread{}{}\n", input.title.empty() ? "ordo" : input.title, D, particles,
             input.method.preset, thread_count(), thread_count() > 1 ? "s" : "", parts);
     if (is_restart) io::say("continues from step {}, t = {:.6g} s\n", s.n, s.t);
     for (const std::string& note : sim.notes()) io::say("ordo: note: {}\n", note);
@@ -120,10 +122,32 @@ void announce(const io::CaseInput& input, const Simulation<D>& sim, const Ranks&
 }
 
 template <int D>
-Simulation<D> simulation_of(const io::CaseInput& input)
+Simulation<D> simulation_of(const io::CaseInput& input, setup::Built<D> built, Ranks& ranks = alone())
 {
-    return Simulation<D>(io::build<D>(input), input.watch_spec,
-                         [](const std::string& found) { io::say("ordo: warning: {}\n", found); });
+    return Simulation<D>(
+        std::move(built), input.watch_spec, [](const std::string& found) { io::say("ordo: warning: {}\n", found); }, ranks);
+}
+
+/// Builds a case and starts the ranks of `launch`. Each of them makes a share of the particles; of a case that a checkpoint continues, all.
+template <int D>
+setup::Built<D> build_and_start(const io::CaseInput& input, const RunOptions& options, Launch& launch)
+{
+    const setup::Share share = options.restart ? setup::Share{} : launched_share();
+    std::optional<setup::Built<D>> built;
+    std::exception_ptr failure;  // perhaps on some ranks only, which cannot tell the others yet
+    try {
+        built.emplace(io::build<D>(input, setup::kMostParticles, share));
+        if (launched_share().count > 1) require_shareable(built->model);
+    } catch (const InputError&) {
+        failure = std::current_exception();
+    }
+    Ranks& ranks = launch.start();
+    if (!options.has_threads) launch.divide_threads();
+    agree(ranks, [&] {
+        if (failure) std::rethrow_exception(failure);
+    });
+    if (share.count > 1) io::require_runnable(input, *built, ranks);
+    return std::move(*built);
 }
 
 /// A method that is faster, and what it costs.
@@ -140,7 +164,7 @@ template <int D>
 void warn_of_long_run(const io::CaseInput& input, const Simulation<D>& sim, double seconds_of_projection)
 {
     constexpr double projections = 2.0, hour = 3600.0;  // that a step takes: 0.7 to 4.2 were measured
-    const double steps   = input.time.end / setup::time_step(sim.time(), sim.model(), sim.state().particles);
+    const double steps   = input.time.end / setup::time_step(sim.time(), sim.model(), sim.state().particles, *sim.state().ranks);
     const double seconds = projections * seconds_of_projection * steps;
     if (seconds < hour) return;
     io::say("ordo: note: this run may take about {:.2g} hours for {:.3g} steps; {}; more --threads, a coarser grid and a larger "
@@ -161,7 +185,7 @@ io::Writer<D> files_of(const io::CaseInput& input, Simulation<D>& sim, io::RunDi
     const auto begin = std::chrono::steady_clock::now();
     sim.scheme().project(sim.state());
     if (!quiet) warn_of_long_run(input, sim, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-    return {input, sim.model(), directory, ranks, sim.state().particles};
+    return {input, sim.model(), directory, sim.state()};
 }
 
 /// Runs a case from its start or a checkpoint to its end or a signal. Returns the exit code.
@@ -172,10 +196,9 @@ int run_case(const io::CaseInput& input, const RunOptions& options, Launch& laun
                                 : options.overwrite ? io::Earlier::overwrite
                                                     : io::Earlier::refuse;
     io::require_usable(input.output, earlier);
-    Simulation<D> sim = simulation_of<D>(input);
-    if (launched_processes() > 1) require_shareable(sim.model());
-    Ranks& ranks = launch.start();
-    if (!options.has_threads) launch.divide_threads();
+    setup::Built<D> built = build_and_start<D>(input, options, launch);
+    Ranks& ranks          = launch.ranks();
+    Simulation<D> sim     = simulation_of(input, std::move(built), options.restart ? alone() : ranks);
     std::optional<io::RunDirectory> directory;
     std::optional<io::Checkpoints<D>> checkpoints;
     std::optional<io::Written> restart;
@@ -188,6 +211,7 @@ int run_case(const io::CaseInput& input, const RunOptions& options, Launch& laun
         if (!options.quiet) io::say("nothing is left to do: the checkpoint is at t = {:.6g} s\n", sim.state().t);
         return 0;
     }
+    if (restart) distribute(sim.model(), sim.state(), ranks);
     io::Writer<D> writer             = files_of(input, sim, *directory, ranks, restart, options.quiet);
     sim.state().projection.is_wanted = true;
 
@@ -201,7 +225,6 @@ int run_case(const io::CaseInput& input, const RunOptions& options, Launch& laun
           static_cast<Observer<D>*>(&summary), static_cast<Observer<D>*>(&keep)})
         sim.add(*observer);
     if (!options.quiet) announce(input, sim, ranks, restart.has_value());
-    distribute(sim.model(), sim.state(), ranks);
     catch_signals(!ranks.is_alone());
     sim.run(is_stopped);
     if (!is_stopped()) return 0;
@@ -235,7 +258,7 @@ void print_stage(const Stage<D>& stage, const Simulation<D>& sim, const io::Case
 template <int D>
 int check_case(const io::CaseInput& input)
 {
-    const Simulation<D> sim = simulation_of<D>(input);
+    const Simulation<D> sim = simulation_of(input, io::build<D>(input));
     io::require_usable(input.output, io::Earlier::go_on);
     const Particles<D>& particles = sim.state().particles;
     const double unit             = courant_time_step(sim.model(), particles);

@@ -1,5 +1,6 @@
 #include "io/build.hpp"
 
+#include "base/agree.hpp"
 #include "io/expression.hpp"
 #include "io/load.hpp"
 #include "io/mesh_file.hpp"
@@ -310,7 +311,7 @@ const BoundaryInput& table_of(const std::vector<BoundaryInput>& boundaries, int 
     fail_at(b, e, b.value);
 }
 
-/// The nearest particle to a place; those that were first in the input among equals.
+/// The nearest particle to a place, of several the first; -1 if there is none.
 template <int D>
 int nearest(const Particles<D>& p, const Vec<D>& at)
 {
@@ -325,34 +326,53 @@ int nearest(const Particles<D>& p, const Vec<D>& at)
 }
 
 template <int D>
-void require_probes_in_bodies(const CaseInput& in, const Built<D>& built)
+void require_probes_in_bodies(const CaseInput& in, const Built<D>& built, Ranks& ranks)
 {
+    const Particles<D>& p = built.particles;
     for (const ProbeInput& probe : in.probes) {
         if (probe.particle.empty()) continue;
-        const Vec<D> at = to_vec<D>(probe.particle);
-        const int i     = nearest(built.particles, at);
-        const Vec<D> x  = built.particles.x[i];
-        for (int a = 0; a < D; ++a)
-            if (std::fabs(x[a] - at[a]) > 1.001 * std::max(built.model.h[a], std::pow(built.particles.V0[i], 1.0 / D)))
-                probe.fail("particle",
-                           fmt::format("lies outside every body: the nearest particle is at {}; give a place in a body, or "
-                                       "point to watch a fixed place",
-                                       place_text(x)));
+        const Vec<D> at   = to_vec<D>(probe.particle);
+        const int i       = nearest(p, at);
+        const double mine = i < 0 ? kNowhere : norm(p.x[i] - at);
+        const auto why    = text_of_first(ranks, mine, [&]() -> std::string {
+            for (int a = 0; a < D; ++a)
+                if (std::fabs(p.x[i][a] - at[a]) > 1.001 * std::max(built.model.h[a], std::pow(p.V0[i], 1.0 / D)))
+                    return fmt::format(
+                           "lies outside every body: the nearest particle is at {}; give a place in a body, or point to "
+                              "watch a fixed place",
+                           place_text(p.x[i]));
+            return {};
+        });
+        if (!why.empty()) probe.fail("particle", why);
+    }
+}
+
+/// f(), whose errors of setup become errors at their place in the file.
+template <class F>
+auto at_its_place(const CaseInput& in, const F& f)
+{
+    try {
+        return f();
+    } catch (const setup::SetupError& e) {
+        fail_in_file(in, e);
     }
 }
 
 }  // namespace
 
 template <int D>
-Built<D> build(const CaseInput& in, double most_particles)
+Built<D> build(const CaseInput& in, double most_particles, const setup::Share& share)
 {
-    try {
-        Built<D> built = setup::build(spec_of<D>(in), most_particles);
-        require_probes_in_bodies(in, built);
-        return built;
-    } catch (const setup::SetupError& e) {
-        fail_in_file(in, e);
-    }
+    Built<D> built = at_its_place(in, [&] { return setup::build(spec_of<D>(in), most_particles, share); });
+    if (share.count == 1) require_probes_in_bodies(in, built, alone());
+    return built;
+}
+
+template <int D>
+void require_runnable(const CaseInput& in, const Built<D>& built, Ranks& ranks)
+{
+    at_its_place(in, [&] { setup::require_runnable(built, ranks); });
+    require_probes_in_bodies(in, built, ranks);
 }
 
 template <int D>
@@ -364,19 +384,28 @@ Built<D> load(const std::filesystem::path& file, const std::vector<std::string>&
 }
 
 template <int D>
-int nearest_particle(const Particles<D>& particles, const Vec<D>& at)
+int nearest_particle(const State<D>& s, const Vec<D>& at)
 {
-    return particles.id[nearest(particles, at)];
+    const Particles<D>& p = s.particles;
+    const int i           = nearest(p, at);
+    const double mine     = i < 0 ? kNowhere : norm(p.x[i] - at);
+    const bool is_nearest = mine == -largest(*s.ranks, -mine);
+    const Bytes id        = bytes_of_first(*s.ranks, is_nearest ? tile_of_particle(s, i) : kNowhere, [&] {
+        Bytes bytes;
+        put(bytes, p.id[i]);
+        return bytes;
+    });
+    return values_of<int>(id).front();
 }
 
-template Built<1> build(const CaseInput&, double);
-template Built<2> build(const CaseInput&, double);
-template Built<3> build(const CaseInput&, double);
-template Built<1> load(const std::filesystem::path&, const std::vector<std::string>&);
-template Built<2> load(const std::filesystem::path&, const std::vector<std::string>&);
-template Built<3> load(const std::filesystem::path&, const std::vector<std::string>&);
-template int nearest_particle(const Particles<1>&, const Vec<1>&);
-template int nearest_particle(const Particles<2>&, const Vec<2>&);
-template int nearest_particle(const Particles<3>&, const Vec<3>&);
+#define ORDO_BUILD(D)                                                                      \
+    template Built<D> build(const CaseInput&, double, const setup::Share&);                \
+    template void require_runnable(const CaseInput&, const Built<D>&, Ranks&);             \
+    template Built<D> load(const std::filesystem::path&, const std::vector<std::string>&); \
+    template int nearest_particle(const State<D>&, const Vec<D>&);
+ORDO_BUILD(1)
+ORDO_BUILD(2)
+ORDO_BUILD(3)
+#undef ORDO_BUILD
 
 }  // namespace ordo::io

@@ -45,14 +45,13 @@ FrameStyle style_of(const OutputInput& in)
 }
 
 template <int D>
-Writer<D>::Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, Ranks& ranks,
-                  const Particles<D>& particles)
-    : input_(input), model_(model), directory_(directory), ranks_(ranks)
+Writer<D>::Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, const State<D>& start)
+    : input_(input), model_(model), directory_(directory), ranks_(*start.ranks)
 {
     for (const ProbeInput& p : input.probes) {
         Vec<D> at{};
         for (int a = 0; a < D && !p.particle.empty(); ++a) at[a] = p.particle[a];
-        written_.probe_particles.push_back(p.particle.empty() ? -1 : nearest_particle(particles, at));
+        written_.probe_particles.push_back(p.particle.empty() ? -1 : nearest_particle(start, at));
     }
     agree(ranks_, [&] { start_files(); });
 }

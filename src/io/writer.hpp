@@ -24,7 +24,7 @@ template <int D>
 class Writer : public Observer<D> {
   public:
     /// Removes the files of an earlier run, writes the resolved case and the headers.
-    Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, Ranks& ranks, const Particles<D>& particles);
+    Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, const State<D>& start);
     /// Continues the files of an interrupted run, cut back to the lengths in `written`; require_files has checked them. Starts new
     /// files if the directory has none.
     Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, Ranks& ranks, const Written& written);

@@ -67,10 +67,10 @@ std::vector<CornerRun> corner_runs(const Model<D>& model, const State<D>& s, con
 
 /// Sets where the particles are that have the numbers 0, 1, ..; -1 for those that have been taken out or are on other ranks.
 template <int D>
-void find_ids(const Particles<D>& p, std::vector<int>& place_of)
+void find_ids(Ranks& ranks, const Particles<D>& p, std::vector<int>& place_of)
 {
-    const auto count = p.count == 0 ? 0 : static_cast<std::size_t>(*std::max_element(p.id.begin(), p.id.end())) + 1;
-    place_of.assign(std::max(count, place_of.size()), -1);
+    const auto last = largest(ranks, p.count == 0 ? -1 : *std::max_element(p.id.begin(), p.id.end()));
+    place_of.assign(std::max(static_cast<std::size_t>(last + 1), place_of.size()), -1);
     for (int i = 0; i < p.count; ++i) place_of[p.id[i]] = i;
 }
 
@@ -95,7 +95,7 @@ void arrange_nodes(const Model<D>& model, State<D>& s, const Lattice<D>& lattice
     s.field.wall_nodes  = WallNodes<D>(model.walls, s.wall_shifts, s.lattice, s.field.tiles);
     s.field.wall_nodes.leave(s.field.constraints);
     s.field.corner_runs = corner_runs(model, s, s.field.tiles);
-    if (!model.surfaces.empty()) find_ids(s.particles, s.contacts.place_of);
+    if (!model.surfaces.empty()) find_ids(*s.ranks, s.particles, s.contacts.place_of);
     number_enriched(s);
 }
 

@@ -6,6 +6,7 @@
 #include "method/external_work.hpp"
 #include "method/layout.hpp"
 #include "method/place.hpp"
+#include "method/sharing.hpp"
 #include "method/step_damping.hpp"
 #include "method/stress_update.hpp"
 #include "method/tables.hpp"
@@ -104,22 +105,24 @@ Scheme<D>::Scheme(Model<D> model) : model_(std::move(model)), has_body_force_(fi
 }
 
 template <int D>
-State<D> Scheme<D>::start(Particles<D> particles) const
+State<D> Scheme<D>::start(Particles<D> particles, Ranks& ranks) const
 {
     parallel_for_each(particles.count, [&](std::ptrdiff_t i) {
         particles.X[i] = particles.x[i];
         particles.F[i] = Mat<D>::identity();
     });
-    State<D> s = start_deformed(std::move(particles));
+    State<D> s = start_deformed(std::move(particles), ranks);
     if (has_cells(model_.method))  // with mean weights x is not at the centroid
         for (int i = 0; i < s.particles.count; ++i) s.particles.X[i] += displacement(model_, s.particles, i);
     return s;
 }
 
 template <int D>
-State<D> Scheme<D>::start_deformed(Particles<D> particles) const
+State<D> Scheme<D>::start_deformed(Particles<D> particles, Ranks& ranks) const
 {
+    if (!ranks.is_alone()) require_shareable(model_);
     State<D> s{};
+    s.ranks     = &ranks;
     s.particles = std::move(particles);
     s.wall_shifts.assign(model_.walls.size(), {});
     s.account.boundaries.resize(boundary_count(model_));
@@ -134,7 +137,8 @@ State<D> Scheme<D>::start_deformed(Particles<D> particles) const
         p.V[i] = det(p.F[i]) * p.V0[i];
         if (p.J) p.J[i] = det(p.F[i]);
     });
-    start_domains(s);
+    agree(ranks, [&] { start_domains(s); });
+    s.reach = largest(ranks, s.reach);
     sort_particles(model_, s);
     return s;
 }

@@ -19,12 +19,13 @@ class Scheme {
 
     /// The state of undeformed particles: sets half-edges, stresses and reach, and sorts the particles. `particles` has x, v,
     /// m, V0, body, material and, if the method needs them, half0 or edges0; sigma, if not zero, is the initial stress where the
-    /// law can have it (LawFunctions::set_stress).
-    State<D> start(Particles<D> particles) const;
+    /// law can have it (LawFunctions::set_stress). Of ranks each has some of the particles, in the order of their numbers; they go to
+    /// the ranks of their tiles. Throws InputError, on all ranks, for domains that the method cannot have.
+    State<D> start(Particles<D> particles, Ranks& ranks = alone()) const;
 
     /// The state of deformed particles: `particles` also has X and F; F determines volumes, stresses and domains. Rate laws
     /// start without stress.
-    State<D> start_deformed(Particles<D> particles) const;
+    State<D> start_deformed(Particles<D> particles, Ranks& ranks = alone()) const;
 
     /// Sets the velocities of the nodes as the next step would, with boundary conditions. Returns mass and momentum of
     /// particles and nodes before these conditions.

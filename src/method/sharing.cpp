@@ -77,11 +77,13 @@ TileOwners divide(const Ranks& ranks, const Tiles<D>& tiles, const std::vector<F
     return TileOwners(std::move(owners));
 }
 
-/// Where the particles of these tiles are among those of all ranks.
+/// Where the particles are among those of all ranks: in their tiles; before the first sort, in the order of their numbers.
 template <int D>
-std::vector<OldPlace> places_in(const Tiles<D>& tiles, int count)
+std::vector<OldPlace> places_of(const Particles<D>& p, const Tiles<D>& tiles)
 {
-    std::vector<OldPlace> places(static_cast<std::size_t>(count));
+    std::vector<OldPlace> places(static_cast<std::size_t>(p.count));
+    if (tiles.halo() < 0)
+        for (int i = 0; i < p.count; ++i) places[static_cast<std::size_t>(i)] = {0, static_cast<std::uint64_t>(p.id[i])};
     for (std::size_t k = 0; k < tiles.tiles().size(); ++k) {
         const Tile& tile = tiles.tiles()[k];
         for (int i = tile.begin; i < tile.end; ++i)
@@ -119,7 +121,7 @@ void distribute(const Model<D>& model, State<D>& s, Ranks& ranks)
     std::vector<std::uint64_t> own =
         std::move(blocks_to_tell(whole, holders, ranks.count(), 0)[static_cast<std::size_t>(ranks.index())]);
 
-    const std::vector<OldPlace> places = places_in(whole, s.particles.count);
+    const std::vector<OldPlace> places = places_of(s.particles, whole);
     merge(s.particles, field_groups(model), places, [&](int i) { return !is_mine(places[static_cast<std::size_t>(i)].tile); },
           {});
     Tiles<D> tiles = whole;
@@ -154,7 +156,7 @@ TileOwners migrate(const Model<D>& model, State<D>& s, const Tiles<D>& tiles, co
     TileOwners owners = divide(ranks, tiles, filled());
 
     const FieldGroups groups           = field_groups(model);
-    const std::vector<OldPlace> places = places_in(s.field.tiles, p.count);
+    const std::vector<OldPlace> places = places_of(p, s.field.tiles);
     std::vector<Bytes> out(static_cast<std::size_t>(ranks.count()));
     std::vector<int> to(static_cast<std::size_t>(p.count));
     for (int i = 0; i < p.count; ++i) {

@@ -23,7 +23,8 @@ template <int D>
 void distribute(const Model<D>& model, State<D>& s, Ranks& ranks);
 
 /// Divides the tiles of the coming sort among the ranks, and sends particles to the ranks of their tiles. tile_of(i) is the number of the
-/// tile of particle i. Particles are then in the order of the sort before. Returns whose the tiles are.
+/// tile of particle i. Particles are then in the order of the sort before, or
+/// of their numbers if there was none. Returns whose the tiles are.
 template <int D>
 TileOwners migrate(const Model<D>& model, State<D>& s, const Tiles<D>& tiles, const std::function<std::uint64_t(int)>& tile_of);
 

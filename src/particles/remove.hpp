@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -19,6 +20,16 @@ void keep_elements(Array<T>& field, const std::vector<int>& kept)
     Array<T> rest(kept.size());
     for (std::size_t k = 0; k < kept.size(); ++k) rest[k] = field[static_cast<std::size_t>(kept[k])];
     field = std::move(rest);
+}
+
+/// Keeps the particles [begin, end) with their numbers `id`, and all corners.
+template <int D>
+void keep_particles(Particles<D>& p, int begin, int end)
+{
+    std::vector<int> kept(static_cast<std::size_t>(end - begin));
+    std::iota(kept.begin(), kept.end(), begin);
+    p.for_each_field([&](auto& field) { keep_elements(field, kept); });
+    p.count = end - begin;
 }
 
 /// Takes out the particles for which is_out(i) holds; the others keep their order and their numbers `id`. Not for enriched corners. All ranks

@@ -12,6 +12,7 @@
 #include <functional>
 #include <limits>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 namespace ordo {
@@ -161,9 +162,9 @@ Vec<D, std::vector<GaussPoint>> gauss_rules(const SubCells<D>& cells)
     return rules;
 }
 
-/// The sub-cells of the grid whose point lies in the shape.
-template <int D, class Shape>
-std::vector<Seed<D>> fill(const Shape& shape, const SubCells<D>& cells)
+/// f(seed) for the sub-cells of the grid whose point lies in the shape.
+template <int D, class Shape, class F>
+void walk(const Shape& shape, const SubCells<D>& cells, F&& f)
 {
     const Bounds<D> bounds = shape.bounds();
     Index<D> first{}, n{};
@@ -176,27 +177,25 @@ std::vector<Seed<D>> fill(const Shape& shape, const SubCells<D>& cells)
         seed.volume *= s[a];
         seed.edges(a, a) = s[a] / 2;
     }
-    std::vector<Seed<D>> seeds;
     if (cells.gauss) {
         const auto rules = gauss_rules(cells);
         for (int a = 0; a < D; ++a) first[a] -= 1, n[a] += 2;  // points are not in the middle of sub-cells
         IndexBox<D>{{}, n}.for_each([&](const Index<D>& k) {
             const Seed<D> at = seed_of(cells, rules, k + first);
-            if (shape.contains(at.x)) seeds.push_back(at);
+            if (shape.contains(at.x)) f(at);
         });
-        return seeds;
+        return;
     }
     IndexBox<D>{{}, n}.for_each([&](const Index<D>& k) {
         for (int a = 0; a < D; ++a) seed.x[a] = cells.origin[a] + (first[a] + k[a] + 0.5) * s[a];
-        if (shape.contains(seed.x)) seeds.push_back(seed);
+        if (shape.contains(seed.x)) f(std::as_const(seed));
     });
-    return seeds;
 }
 
-/// A box in equal sub-cells (with Gauss' rule: equal cells) that fit it exactly and are closest in size to those of the grid.
-/// The volume is exact wherever the box lies.
-template <int D>
-std::vector<Seed<D>> fill_box(const Bounds<D>& box, const SubCells<D>& cells)
+/// f(seed) for a box in equal sub-cells (with Gauss' rule: equal cells) that fit it exactly and are closest in size to those of the
+/// grid. The volume is exact wherever the box lies.
+template <int D, class F>
+void walk_box(const Bounds<D>& box, const SubCells<D>& cells, F&& f)
 {
     Index<D> n{};
     Seed<D> seed{.x = {}, .volume = 1.0, .edges = {}};
@@ -211,9 +210,8 @@ std::vector<Seed<D>> fill_box(const Bounds<D>& box, const SubCells<D>& cells)
             n[a]                = count * cells.n[a];
         }
         const auto rules = gauss_rules(own);
-        std::vector<Seed<D>> seeds;
-        IndexBox<D>{{}, n}.for_each([&](const Index<D>& k) { seeds.push_back(seed_of(own, rules, k)); });
-        return seeds;
+        IndexBox<D>{{}, n}.for_each([&](const Index<D>& k) { f(seed_of(own, rules, k)); });
+        return;
     }
     for (int a = 0; a < D; ++a) {
         const double length = box.upper[a] - box.lower[a];
@@ -222,24 +220,21 @@ std::vector<Seed<D>> fill_box(const Bounds<D>& box, const SubCells<D>& cells)
         seed.volume *= s[a];
         seed.edges(a, a) = s[a] / 2;
     }
-    std::vector<Seed<D>> seeds;
     IndexBox<D>{{}, n}.for_each([&](const Index<D>& k) {
         for (int a = 0; a < D; ++a) seed.x[a] = box.lower[a] + (k[a] + 0.5) * s[a];
-        seeds.push_back(seed);
+        f(std::as_const(seed));
     });
-    return seeds;
 }
 
-/// A ring or tube in polar cells: `radial` x `angular` (x `layers` in 3D). Volumes are those of the exact sectors. Half-edge
-/// vectors are radial and along the arc at the middle radius, so 2^D |r1 x r2 ..| is the same volume.
-template <int D>
-std::vector<Seed<D>> fill_polar(const Tube<D>& tube, int radial, int angular, int layers)
+/// f(seed) for a ring or tube in polar cells: `radial` x `angular` (x `layers` in 3D). Volumes are those of the exact sectors.
+/// Half-edge vectors are radial and along the arc at the middle radius, so 2^D |r1 x r2 ..| is the same volume.
+template <int D, class F>
+void walk_polar(const Tube<D>& tube, int radial, int angular, int layers, F&& f)
 {
     const double dr = (tube.outer - tube.inner) / radial;
     const double da = (tube.to - tube.from) / angular;
     const double dz = D == 3 ? (tube.top - tube.bottom) / layers : 1.0;
     const int e1 = tube.first(), e2 = tube.second();
-    std::vector<Seed<D>> seeds;
     for (int k = 0; k < (D == 3 ? layers : 1); ++k)
         for (int j = 0; j < angular; ++j)
             for (int i = 0; i < radial; ++i) {
@@ -256,8 +251,30 @@ std::vector<Seed<D>> fill_polar(const Tube<D>& tube, int radial, int angular, in
                     seed.x[tube.axis]                = tube.bottom + (k + 0.5) * dz;
                     seed.edges(tube.axis, tube.axis) = dz / 2;
                 }
-                seeds.push_back(seed);
+                f(std::as_const(seed));
             }
+}
+
+/// The seeds of these walks.
+template <int D, class Shape>
+std::vector<Seed<D>> fill(const Shape& shape, const SubCells<D>& cells)
+{
+    std::vector<Seed<D>> seeds;
+    walk(shape, cells, [&](const Seed<D>& seed) { seeds.push_back(seed); });
+    return seeds;
+}
+template <int D>
+std::vector<Seed<D>> fill_box(const Bounds<D>& box, const SubCells<D>& cells)
+{
+    std::vector<Seed<D>> seeds;
+    walk_box(box, cells, [&](const Seed<D>& seed) { seeds.push_back(seed); });
+    return seeds;
+}
+template <int D>
+std::vector<Seed<D>> fill_polar(const Tube<D>& tube, int radial, int angular, int layers)
+{
+    std::vector<Seed<D>> seeds;
+    walk_polar(tube, radial, angular, layers, [&](const Seed<D>& seed) { seeds.push_back(seed); });
     return seeds;
 }
 

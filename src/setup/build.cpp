@@ -3,6 +3,7 @@
 #include "method/contact_points.hpp"
 #include "method/planting.hpp"
 #include "method/tables.hpp"
+#include "particles/remove.hpp"
 #include "setup/conditions.hpp"
 #include "setup/contacts.hpp"
 #include "setup/initial_stress.hpp"
@@ -21,6 +22,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace ordo::setup {
 
@@ -86,44 +88,75 @@ Model<D> model_of(const CaseSpec<D>& spec)
     return model;
 }
 
+/// Particles by number, those from `begin` up to `end`, and their places among these.
+struct Range {
+    int begin, end;
+
+    bool has(int id) const { return begin <= id && id < end; }
+    int place(int id) const { return std::clamp(id, begin, end) - begin; }
+};
+
+/// The particles of a share of all.
+Range range_of(const Share& share, int count)
+{
+    auto at = [&](int part) { return static_cast<int>(static_cast<std::int64_t>(count) * part / share.count); };
+    return {at(share.index), at(share.index + 1)};
+}
+
 /// Bodies before they become particles.
 template <int D>
 struct Seeded {
-    std::vector<Seed<D>> seeds{};
-    std::vector<int> body_of{};         ///< of each seed
+    std::vector<SeedWalk<D>> walks{};
     std::vector<CellMesh<D>> meshes{};  ///< of bodies, if the method, tractions or contacts need them
     std::vector<int> first{};           ///< first particle of each body, and the end of the last
+    Range made{};                       ///< the particles that are made
+
+    int count() const { return first.back(); }
+    Range of_body(int k) const { return {made.place(first[k]), made.place(first[k + 1])}; }  ///< places
 };
 
 template <int D>
-Seeded<D> seed_bodies(CaseSpec<D>& spec, const Model<D>& model, double most_particles)
+Seeded<D> seed_bodies(CaseSpec<D>& spec, const Model<D>& model, double most_particles, const Share& share)
 {
     Seeded<D> r;
     double count = 0;
     for (std::size_t n = 0; n < spec.bodies.size(); ++n) {
         const int k          = static_cast<int>(n);
         const Filling<D> own = fill_body(spec.bodies[n], k, model, most_particles);
+        std::ptrdiff_t seeds = 0;
+        own.walk([&](const Seed<D>&) { ++seeds; });
+        require_some(k, seeds);
         require_inside(spec.bodies[n], k, own, model);
-        r.seeds.insert(r.seeds.end(), own.seeds.begin(), own.seeds.end());
-        r.body_of.resize(r.seeds.size(), k);
         r.first.push_back(static_cast<int>(count));
         if (has_cells(model.method) || !spec.tractions.empty() || needs_surfaces(model))
             r.meshes.push_back(mesh_body(own, k, model.method));
-        count += static_cast<double>(r.meshes.empty() ? own.seeds.size() : r.meshes.back().cells.size());
+        count += static_cast<double>(r.meshes.empty() ? static_cast<std::size_t>(seeds) : r.meshes.back().cells.size());
         require_count(k, count, most_particles);
+        r.walks.push_back(own.walk);
     }
     r.first.push_back(static_cast<int>(count));
+    r.made = range_of(r.meshes.empty() ? share : Share{}, r.count());
     return r;
 }
 
 template <int D>
 void plant_body(const BodySpec<D>& b, int k, const Seeded<D>& seeded, const Model<D>& model, Particles<D>& p)
 {
-    const int begin = seeded.first[k], end = seeded.first[k + 1];
-    const double density = model.materials[b.material].density;
-    if (has_cells(model.method)) plant_cells(p, begin, seeded.meshes[k], density);
+    const double density    = model.materials[b.material].density;
+    const auto [begin, end] = seeded.of_body(k);
+    if (has_cells(model.method)) {
+        plant_cells(p, begin, seeded.meshes[k], density);
+    } else {
+        int id = seeded.first[k];
+        seeded.walks[k]([&](const Seed<D>& seed) {
+            if (const int i = seeded.made.place(id); seeded.made.has(id)) {
+                plant(p, i, seed, density);
+                p.id[i] = id;
+            }
+            ++id;
+        });
+    }
     for (int i = begin; i < end; ++i) {
-        if (!has_cells(model.method)) plant(p, i, seeded.seeds[i], density);
         const Vec<D> x = p.x[i];
         p.body[i]      = k;
         p.material[i]  = b.material;
@@ -153,21 +186,26 @@ std::vector<Vec<D>> corners_of(const CellMesh<D>& mesh, int cell)
     return r;
 }
 
-/// Gives a round body its true volume and mass: by a factor for the particles that its faces cut.
+/// Gives a round body its true volume and mass: by a factor for the particles that its faces cut. The sums are over all particles, also
+/// those that are not made.
 template <int D>
 void make_volume_true(const BodySpec<D>& b, int k, const Seeded<D>& seeded, const MethodSpec& method, Particles<D>& p)
 {
     const std::optional<double> volume = true_volume(b.shape);
     if (!volume || b.keeps_lattice_volumes) return;
-    const int begin = seeded.first[k], end = seeded.first[k + 1];
+    int id = seeded.first[k];
     std::vector<int> cut;
     double of_cut = 0.0, of_whole = 0.0;
-    for (int i = begin; i < end; ++i) {
-        const bool is =
-            is_cut(b.shape, p.x[i], has_cells(method) ? corners_of(seeded.meshes[k], i - begin) : corners_of(seeded.seeds[i]));
-        if (is) cut.push_back(i);
-        (is ? of_cut : of_whole) += p.V0[i];
-    }
+    auto add = [&](const Vec<D>& x, double V0, const std::vector<Vec<D>>& corners) {
+        const bool is = is_cut(b.shape, x, corners);
+        if (is && seeded.made.has(id)) cut.push_back(seeded.made.place(id));
+        (is ? of_cut : of_whole) += V0;
+        ++id;
+    };
+    if (has_cells(method))
+        for (int c = 0; id < seeded.first[k + 1]; ++c) add(p.x[id], p.V0[id], corners_of(seeded.meshes[k], c));
+    else
+        seeded.walks[k]([&](const Seed<D>& seed) { add(seed.x, seed.volume, corners_of(seed)); });
     const double factor = of_cut > 0 ? (*volume - of_whole) / of_cut : 1.0;
     for (const int i : cut) {
         p.V0[i] *= factor;
@@ -185,8 +223,10 @@ double top_of(const CaseSpec<D>& spec, int k, const Seeded<D>& seeded)
     auto reach        = [&](const std::vector<Vec<D>>& corners) {
         for (const Vec<D>& x : corners) top = std::max(top, up.sign * x[up.axis]);
     };
-    for (int i = seeded.first[k]; i < seeded.first[k + 1]; ++i)
-        reach(seeded.meshes.empty() ? corners_of(seeded.seeds[i]) : corners_of(seeded.meshes[k], i - seeded.first[k]));
+    if (seeded.meshes.empty())
+        seeded.walks[k]([&](const Seed<D>& seed) { reach(corners_of(seed)); });
+    else
+        for (int i = seeded.first[k]; i < seeded.first[k + 1]; ++i) reach(corners_of(seeded.meshes[k], i - seeded.first[k]));
     return top;
 }
 
@@ -236,7 +276,7 @@ void require_grid(const double* size, const double* spacing, int dim)
 }
 
 template <int D>
-Built<D> build(CaseSpec<D> spec, double most_particles)
+Built<D> build(CaseSpec<D> spec, double most_particles, const Share& share)
 {
     require_grid(spec.size.c, spec.spacing.c, D);
     if (const Rule* rule = broken_rule(spec.method))
@@ -254,33 +294,49 @@ Built<D> build(CaseSpec<D> spec, double most_particles)
         spec.time.end = stages.back().end;
         put_in_force(stages.front(), model);
     }
-    const Seeded<D> seeded = seed_bodies(spec, model, most_particles);
-    require_apart(spec.bodies, seeded.seeds, seeded.body_of, model);
+    const Seeded<D> seeded = seed_bodies(spec, model, most_particles, share);
+    require_apart(spec.bodies, seeded.walks, model);
 
-    Particles<D> p(seeded.first.back(), field_groups(model));
-    std::vector<std::string> notes = notes_on(spec, seeded.seeds, seeded.body_of, model);
+    Particles<D> p(seeded.made.end - seeded.made.begin, field_groups(model));
+    std::vector<std::string> notes = notes_on(spec, seeded.walks, model);
     std::vector<BodyReport> bodies;
     for (std::size_t n = 0; n < spec.bodies.size(); ++n) {
-        const int k = static_cast<int>(n);
+        const int k             = static_cast<int>(n);
+        const auto [begin, end] = seeded.of_body(k);
         plant_body(spec.bodies[n], k, seeded, model, p);
         make_volume_true(spec.bodies[n], k, seeded, model.method, p);
-        set_initial_stress(spec, k, top_of(spec, k, seeded), seeded.first[n], seeded.first[n + 1], p);
-        bodies.push_back(report_on(spec.bodies[n], seeded.first[n], seeded.first[n + 1], p));
-        if (!spec.tractions.empty()) load_faces(spec.tractions, spec.bodies[n], k, seeded.meshes[n], seeded.first[n], model, p);
+        set_initial_stress(spec, k, top_of(spec, k, seeded), begin, end, p);
+        bodies.push_back(report_on(spec.bodies[n], begin, end, p));
+        if (!spec.tractions.empty()) load_faces(spec.tractions, spec.bodies[n], k, seeded.meshes[n], begin, model, p);
     }
     if (has_enrichment(model.method)) set_up_enrichment(model, p);
     find_surfaces(seeded.meshes, seeded.first, p, model);
     if constexpr (D > 1)
         for (const Stage<D>& stage : stages)
             for (ContactSurface<D>& surface : model.surfaces) keep_planes_of_symmetry(stage.conditions, surface);
-    require_outside_obstacles(p, model);
-    set_up_scheme(spec, model, p.count);
-    require_stable(spec.time, model, p);
-    return {std::move(model), std::move(p), spec.time, std::move(stages), std::move(bodies), std::move(notes)};
+    set_up_scheme(spec, model, seeded.count());
+    if (!seeded.meshes.empty() && share.count > 1) {
+        const Range own = range_of(share, seeded.count());
+        keep_particles(p, own.begin, own.end);
+    }
+    Built<D> built{std::move(model), std::move(p), spec.time, std::move(stages), std::move(bodies), std::move(notes)};
+    if (share.count == 1) require_runnable(built, alone());
+    return built;
 }
 
-template Built<1> build(CaseSpec<1>, double);
-template Built<2> build(CaseSpec<2>, double);
-template Built<3> build(CaseSpec<3>, double);
+template <int D>
+void require_runnable(const Built<D>& built, Ranks& ranks)
+{
+    require_outside_obstacles(built.particles, built.model, ranks);
+    require_stable(built.time, built.model, built.particles, ranks);
+}
+
+#define ORDO_BUILD(D)                                           \
+    template Built<D> build(CaseSpec<D>, double, const Share&); \
+    template void require_runnable(const Built<D>&, Ranks&);
+ORDO_BUILD(1)
+ORDO_BUILD(2)
+ORDO_BUILD(3)
+#undef ORDO_BUILD
 
 }  // namespace ordo::setup

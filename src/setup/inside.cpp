@@ -14,21 +14,28 @@ namespace {
 
 [[noreturn]] void fail(int k, std::string_view why) { throw SetupError(Part::body, k, "shape", why); }
 
-/// The bounding box of a body: of its mesh, else of the domains of its seeds.
 template <int D>
-Bounds<D> bounds_of(const Filling<D>& body)
+Bounds<D> nothing()
 {
     constexpr double infinity = std::numeric_limits<double>::infinity();
-    Bounds<D> r{Vec<D>::filled(infinity), Vec<D>::filled(-infinity)};
-    auto add = [&](const Vec<D>& x, const Vec<D>& reach) {
-        for (int a = 0; a < D; ++a) {
-            r.lower[a] = std::min(r.lower[a], x[a] - reach[a]);
-            r.upper[a] = std::max(r.upper[a], x[a] + reach[a]);
-        }
-    };
-    for (const Vec<D>& x : body.mesh.corners) add(x, {});
-    for (const Seed<D>& s : body.seeds)
-        if (body.mesh.corners.empty()) add(s.x, reach_of_domain(s));
+    return {Vec<D>::filled(infinity), Vec<D>::filled(-infinity)};
+}
+template <int D>
+void add(Bounds<D>& to, const Vec<D>& x, const Vec<D>& reach)
+{
+    for (int a = 0; a < D; ++a) {
+        to.lower[a] = std::min(to.lower[a], x[a] - reach[a]);
+        to.upper[a] = std::max(to.upper[a], x[a] + reach[a]);
+    }
+}
+
+/// The bounding box of a body: of its mesh, else of the domains of its seeds.
+template <int D>
+Bounds<D> box_of(const Filling<D>& body)
+{
+    if (body.mesh.corners.empty()) return bounds_of(std::vector<SeedWalk<D>>{body.walk})[0];
+    Bounds<D> r = nothing<D>();
+    for (const Vec<D>& x : body.mesh.corners) add(r, x, {});
     return r;
 }
 
@@ -106,6 +113,25 @@ Vec<D> reach_of_domain(const Seed<D>& s)
 }
 
 template <int D>
+std::vector<Bounds<D>> bounds_of(const std::vector<SeedWalk<D>>& bodies)
+{
+    std::vector<Bounds<D>> r(bodies.size(), nothing<D>());
+    for_each_seed(bodies, [&](const Seed<D>& s, int k) { add(r[k], s.x, reach_of_domain(s)); });
+    return r;
+}
+
+template <int D>
+bool is_near_another(const Vec<D>& x, const Vec<D>& reach, int body, const std::vector<Bounds<D>>& bounds)
+{
+    for (std::size_t k = 0; k < bounds.size(); ++k) {
+        bool meets = static_cast<int>(k) != body;
+        for (int a = 0; a < D; ++a) meets = meets && x[a] + reach[a] > bounds[k].lower[a] && x[a] - reach[a] < bounds[k].upper[a];
+        if (meets) return true;
+    }
+    return false;
+}
+
+template <int D>
 void require_near(const BodySpec<D>& b, int k, const Bounds<D>& bounds, const Model<D>& model)
 {
     for (int a = 0; a < D; ++a) {
@@ -121,22 +147,24 @@ void require_near(const BodySpec<D>& b, int k, const Bounds<D>& bounds, const Mo
 template <int D>
 void require_inside(const BodySpec<D>& b, int k, const Filling<D>& filling, const Model<D>& model)
 {
-    require_in_periods(b, k, bounds_of(filling), model);
-    for (const Seed<D>& s : filling.seeds)
+    require_in_periods(b, k, box_of(filling), model);
+    filling.walk([&](const Seed<D>& s) {
         for (int a = 0; a < D; ++a)
             if (!model.periodic[a]) require_seed_inside(b, k, s, a, model);
-    for (const Seed<D>& s : filling.seeds) require_out_of_walls(b, k, s, model);
+    });
+    filling.walk([&](const Seed<D>& s) { require_out_of_walls(b, k, s, model); });
     require_mesh_inside(b, k, filling.mesh, model);
 }
 
-template Vec<1> reach_of_domain(const Seed<1>&);
-template Vec<2> reach_of_domain(const Seed<2>&);
-template Vec<3> reach_of_domain(const Seed<3>&);
-template void require_near(const BodySpec<1>&, int, const Bounds<1>&, const Model<1>&);
-template void require_near(const BodySpec<2>&, int, const Bounds<2>&, const Model<2>&);
-template void require_near(const BodySpec<3>&, int, const Bounds<3>&, const Model<3>&);
-template void require_inside(const BodySpec<1>&, int, const Filling<1>&, const Model<1>&);
-template void require_inside(const BodySpec<2>&, int, const Filling<2>&, const Model<2>&);
-template void require_inside(const BodySpec<3>&, int, const Filling<3>&, const Model<3>&);
+#define ORDO_INSIDE(D)                                                                               \
+    template Vec<D> reach_of_domain(const Seed<D>&);                                                 \
+    template std::vector<Bounds<D>> bounds_of(const std::vector<SeedWalk<D>>&);                      \
+    template bool is_near_another(const Vec<D>&, const Vec<D>&, int, const std::vector<Bounds<D>>&); \
+    template void require_near(const BodySpec<D>&, int, const Bounds<D>&, const Model<D>&);          \
+    template void require_inside(const BodySpec<D>&, int, const Filling<D>&, const Model<D>&);
+ORDO_INSIDE(1)
+ORDO_INSIDE(2)
+ORDO_INSIDE(3)
+#undef ORDO_INSIDE
 
 }  // namespace ordo::setup

@@ -9,6 +9,14 @@ namespace ordo::setup {
 template <int D>
 Vec<D> reach_of_domain(const Seed<D>& s);
 
+/// The box around the domains of each body's seeds; a seed of a mesh has that of a box.
+template <int D>
+std::vector<Bounds<D>> bounds_of(const std::vector<SeedWalk<D>>& bodies);
+
+/// Whether a domain of this reach meets the box around a body other than its own.
+template <int D>
+bool is_near_another(const Vec<D>& x, const Vec<D>& reach, int body, const std::vector<Bounds<D>>& bounds);
+
 /// Before a built-in shape is filled: it must meet the grid or an adjacent period. Throws SetupError.
 template <int D>
 void require_near(const BodySpec<D>& body, int k, const Bounds<D>& bounds, const Model<D>& model);

@@ -45,11 +45,16 @@ bool reaches(const Seed<D>& s, const Condition<D>& b, const Model<D>& model)
 
 /// A clamp or a grip that holds no body is most likely misplaced.
 template <int D>
-void note_idle_conditions(const CaseSpec<D>& spec, const std::vector<Seed<D>>& seeds, const Model<D>& model,
+void note_idle_conditions(const CaseSpec<D>& spec, const std::vector<SeedWalk<D>>& seeds, const Model<D>& model,
                           std::vector<std::string>& notes)
 {
+    auto is_idle = [&](const Condition<D>& b) {
+        bool is = true;
+        for_each_seed(seeds, [&](const Seed<D>& s, int) { is = is && !reaches(s, b, model); });
+        return is;
+    };
     for (const Condition<D>& b : model.conditions)
-        if (b.region && std::none_of(seeds.begin(), seeds.end(), [&](const Seed<D>& s) { return reaches(s, b, model); }))
+        if (b.region && is_idle(b))
             notes.push_back(
                 fmt::format("the region of boundary \"{}\" holds no node of a body at the start; it must be at least a "
                             "cell thick where a body is",
@@ -59,8 +64,9 @@ void note_idle_conditions(const CaseSpec<D>& spec, const std::vector<Seed<D>>& s
         if (b.type != FaceType::fixed && b.type != FaceType::velocity && b.type != FaceType::displacement) continue;
         const double at = b.at.value_or(model.face(b.axis, b.is_above));
         double nearest  = HUGE_VAL;
-        for (const Seed<D>& s : seeds)
+        for_each_seed(seeds, [&](const Seed<D>& s, int) {
             nearest = std::min(nearest, (b.is_above ? at - s.x[b.axis] : s.x[b.axis] - at) - reach_of_domain(s)[b.axis]);
+        });
         if (nearest > model.h[b.axis])
             notes.push_back(fmt::format("the boundary {} = {} ({}) holds no body at the start: the nearest is {:.3g} m away",
                                         "xyz"[b.axis], at,
@@ -92,8 +98,8 @@ struct Cells {
 };
 
 template <int D>
-void note_bodies_that_stick(const CaseSpec<D>& spec, const std::vector<Seed<D>>& seeds, const std::vector<int>& body,
-                            const Model<D>& model, std::vector<std::string>& notes)
+void note_bodies_that_stick(const CaseSpec<D>& spec, const std::vector<SeedWalk<D>>& seeds, const Model<D>& model,
+                            std::vector<std::string>& notes)
 {
     if (spec.bodies.size() < 2 || spec.method.enrichment == Enrichment::all) return;
     const Cells<D> cells{model};
@@ -103,15 +109,17 @@ void note_bodies_that_stick(const CaseSpec<D>& spec, const std::vector<Seed<D>>&
         if (one != other) pairs.insert(std::minmax(one, other));
     };
     std::vector<std::pair<Index<D>, int>> filled;
-    for (std::size_t i = 0; i < seeds.size(); ++i) {
-        const Vec<D> inner = (1 - 1e-6) * reach_of_domain(seeds[i]);
-        const Index<D> low = cells.at(seeds[i].x - inner), high = cells.at(seeds[i].x + inner);
+    const std::vector<Bounds<D>> bounds = bounds_of(seeds);
+    for_each_seed(seeds, [&](const Seed<D>& s, int own) {
+        const Vec<D> reach = reach_of_domain(s);
+        if (!is_near_another(s.x, reach + 2.0 * model.h, own, bounds)) return;  // cells of others are not next to its own
+        const Index<D> low = cells.at(s.x - (1 - 1e-6) * reach), high = cells.at(s.x + (1 - 1e-6) * reach);
         IndexBox<D>{low, high + Index<D>::filled(1)}.for_each([&](const Index<D>& k) {
-            const auto [it, is_new] = owner.emplace(cells.number(k), body[i]);
-            if (is_new) filled.emplace_back(k, body[i]);
-            meet(it->second, body[i]);
+            const auto [it, is_new] = owner.emplace(cells.number(k), own);
+            if (is_new) filled.emplace_back(k, own);
+            meet(it->second, own);
         });
-    }
+    });
     for (const auto& [k, own] : filled)  // cells that share a node
         IndexBox<D>{Index<D>::filled(-1), Index<D>::filled(2)}.for_each([&, k = k, own = own](const Index<D>& step) {
             const Index<D> next = k + step;
@@ -188,24 +196,20 @@ void note_locking(const CaseSpec<D>& spec, std::vector<std::string>& notes)
 }  // namespace
 
 template <int D>
-std::vector<std::string> notes_on(const CaseSpec<D>& spec, const std::vector<Seed<D>>& seeds, const std::vector<int>& body,
-                                  const Model<D>& model)
+std::vector<std::string> notes_on(const CaseSpec<D>& spec, const std::vector<SeedWalk<D>>& seeds, const Model<D>& model)
 {
     std::vector<std::string> notes;
     note_thin_boxes(spec, model, notes);
     note_idle_conditions(spec, seeds, model, notes);
-    note_bodies_that_stick(spec, seeds, body, model, notes);
+    note_bodies_that_stick(spec, seeds, model, notes);
     note_bodies_that_pass(spec, model, notes);
     note_stairs_in_contact(spec, model, notes);
     note_locking(spec, notes);
     return notes;
 }
 
-template std::vector<std::string> notes_on(const CaseSpec<1>&, const std::vector<Seed<1>>&, const std::vector<int>&,
-                                           const Model<1>&);
-template std::vector<std::string> notes_on(const CaseSpec<2>&, const std::vector<Seed<2>>&, const std::vector<int>&,
-                                           const Model<2>&);
-template std::vector<std::string> notes_on(const CaseSpec<3>&, const std::vector<Seed<3>>&, const std::vector<int>&,
-                                           const Model<3>&);
+template std::vector<std::string> notes_on(const CaseSpec<1>&, const std::vector<SeedWalk<1>>&, const Model<1>&);
+template std::vector<std::string> notes_on(const CaseSpec<2>&, const std::vector<SeedWalk<2>>&, const Model<2>&);
+template std::vector<std::string> notes_on(const CaseSpec<3>&, const std::vector<SeedWalk<3>>&, const Model<3>&);
 
 }  // namespace ordo::setup

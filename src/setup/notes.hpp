@@ -1,7 +1,7 @@
 // What a user may not expect of a case that is allowed. Used by setup/build.cpp.
 #pragma once
 
-#include "setup/spec.hpp"
+#include "setup/seeding.hpp"
 
 #include <string>
 #include <vector>
@@ -9,9 +9,7 @@
 namespace ordo::setup {
 
 /// One sentence each: boxes of one particle, conditions that hold no body at the start, bodies that stick together through the grid.
-/// @param body the number of each seed's body
 template <int D>
-std::vector<std::string> notes_on(const CaseSpec<D>& spec, const std::vector<Seed<D>>& seeds, const std::vector<int>& body,
-                                  const Model<D>& model);
+std::vector<std::string> notes_on(const CaseSpec<D>& spec, const std::vector<SeedWalk<D>>& seeds, const Model<D>& model);
 
 }  // namespace ordo::setup

@@ -154,7 +154,7 @@ void settle_on_obstacle(Model<D>& model, int k, const std::vector<std::vector<Ve
 }
 
 template <int D>
-void require_outside_obstacles(const Particles<D>& p, const Model<D>& model)
+void require_outside_obstacles(const Particles<D>& p, const Model<D>& model, Ranks& ranks)
 {
     const double h = *std::min_element(model.h.c, model.h.c + D);
     for (const ContactPair<D>& pair : model.contacts) {
@@ -167,6 +167,7 @@ void require_outside_obstacles(const Particles<D>& p, const Model<D>& model)
             const auto foot = clearance(obstacle, start, p.x[i], static_cast<const Vec<D>*>(nullptr), 2 * h);
             if (foot) depth = std::max(depth, -foot->gap);
         }
+        depth = largest(ranks, depth);
         if (depth > kDeep * h) fail_deep(pair.body, obstacle.name, depth);
     }
 }
@@ -175,7 +176,7 @@ void require_outside_obstacles(const Particles<D>& p, const Model<D>& model)
     template void set_up_obstacles(const CaseSpec<D>&, Model<D>&);                             \
     template bool needs_surfaces(const Model<D>&);                                             \
     template void settle_on_obstacle(Model<D>&, int, const std::vector<std::vector<Vec<D>>>&); \
-    template void require_outside_obstacles(const Particles<D>&, const Model<D>&);
+    template void require_outside_obstacles(const Particles<D>&, const Model<D>&, Ranks&);
 ORDO_OBSTACLES(1)
 ORDO_OBSTACLES(2)
 ORDO_OBSTACLES(3)

@@ -18,8 +18,8 @@ bool needs_surfaces(const Model<D>& model);
 template <int D>
 void settle_on_obstacle(Model<D>& model, int k, const std::vector<std::vector<Vec<D>>>& vertices);
 
-/// Throws SetupError if particles begin deep in an obstacle that they meet.
+/// Throws SetupError if particles, of all ranks, begin deep in an obstacle that they meet.
 template <int D>
-void require_outside_obstacles(const Particles<D>& p, const Model<D>& model);
+void require_outside_obstacles(const Particles<D>& p, const Model<D>& model, Ranks& ranks);
 
 }  // namespace ordo::setup

@@ -16,17 +16,21 @@ namespace ordo::setup {
 
 namespace {
 
-/// The seeds that may overlap others, in bins of the size of a grid cell.
+/// Copies of the seeds that may overlap others, in bins of the size of a grid cell.
 template <int D>
 class Candidates {
   public:
-    Candidates(const std::vector<BodySpec<D>>& bodies, const std::vector<Seed<D>>& seeds, const std::vector<int>& body,
-               const Model<D>& model)
-        : bodies_(bodies), seeds_(seeds), body_(body), model_(model)
+    Candidates(const std::vector<BodySpec<D>>& bodies, const std::vector<SeedWalk<D>>& seeds, const Model<D>& model)
+        : bodies_(bodies), model_(model)
     {
-        const std::vector<Bounds<D>> bounds = bounds_of_bodies();
-        for (std::size_t i = 0; i < seeds.size(); ++i)
-            if (is_candidate(i, bounds)) bins_.emplace_back(bin_of(seeds[i].x), static_cast<int>(i));
+        const std::vector<Bounds<D>> bounds = bounds_of(seeds);
+        for_each_seed(seeds, [&](const Seed<D>& s, int k) {
+            const bool is_listed = std::holds_alternative<std::vector<Seed<D>>>(bodies[k].shape);
+            if (!is_listed && !is_near_another(s.x, reach_of_domain(s), k, bounds)) return;
+            bins_.emplace_back(bin_of(s.x), static_cast<int>(seeds_.size()));
+            seeds_.push_back(s);
+            body_.push_back(k);
+        });
         std::sort(bins_.begin(), bins_.end());
     }
 
@@ -36,32 +40,6 @@ class Candidates {
     }
 
   private:
-    std::vector<Bounds<D>> bounds_of_bodies() const
-    {
-        constexpr double infinity = std::numeric_limits<double>::infinity();
-        std::vector<Bounds<D>> bounds(bodies_.size(), {Vec<D>::filled(infinity), Vec<D>::filled(-infinity)});
-        for (std::size_t i = 0; i < seeds_.size(); ++i) {
-            const Vec<D> r = reach_of_domain(seeds_[i]);
-            for (int a = 0; a < D; ++a) {
-                bounds[body_[i]].lower[a] = std::min(bounds[body_[i]].lower[a], seeds_[i].x[a] - r[a]);
-                bounds[body_[i]].upper[a] = std::max(bounds[body_[i]].upper[a], seeds_[i].x[a] + r[a]);
-            }
-        }
-        return bounds;
-    }
-
-    bool is_candidate(std::size_t i, const std::vector<Bounds<D>>& bounds) const
-    {
-        const Vec<D> r = reach_of_domain(seeds_[i]);
-        for (std::size_t k = 0; k < bounds.size(); ++k) {
-            bool meets = static_cast<int>(k) != body_[i];
-            for (int a = 0; a < D; ++a)
-                meets = meets && seeds_[i].x[a] + r[a] > bounds[k].lower[a] && seeds_[i].x[a] - r[a] < bounds[k].upper[a];
-            if (meets) return true;
-        }
-        return std::holds_alternative<std::vector<Seed<D>>>(bodies_[body_[i]].shape);
-    }
-
     std::uint64_t bin_of(const Vec<D>& x) const
     {
         std::uint64_t key = 0;
@@ -109,9 +87,9 @@ class Candidates {
     }
 
     const std::vector<BodySpec<D>>& bodies_;
-    const std::vector<Seed<D>>& seeds_;
-    const std::vector<int>& body_;
     const Model<D>& model_;
+    std::vector<Seed<D>> seeds_;
+    std::vector<int> body_;  ///< of each
     std::vector<std::pair<std::uint64_t, int>> bins_;
 };
 
@@ -142,18 +120,23 @@ void require_boxes_apart(const std::vector<BodySpec<D>>& bodies, const Model<D>&
 }  // namespace
 
 template <int D>
-void require_apart(const std::vector<BodySpec<D>>& bodies, std::vector<Seed<D>> seeds, const std::vector<int>& body,
-                   const Model<D>& model)
+void require_apart(const std::vector<BodySpec<D>>& bodies, std::vector<SeedWalk<D>> seeds, const Model<D>& model)
 {
     require_boxes_apart(bodies, model);
     // The seed of a mesh cell is a box of its volume, which reaches out of slender cells: less than half of it counts.
-    for (std::size_t i = 0; i < seeds.size(); ++i)
-        if (is_mesh(bodies[body[i]])) seeds[i].edges *= 0.4;
-    Candidates<D>(bodies, seeds, body, model).require_apart();
+    for (std::size_t k = 0; k < bodies.size(); ++k)
+        if (is_mesh(bodies[k]))
+            seeds[k] = [whole = std::move(seeds[k])](const auto& f) {
+                whole([&](Seed<D> s) {
+                    s.edges *= 0.4;
+                    f(s);
+                });
+            };
+    Candidates<D>(bodies, seeds, model).require_apart();
 }
 
-template void require_apart(const std::vector<BodySpec<1>>&, std::vector<Seed<1>>, const std::vector<int>&, const Model<1>&);
-template void require_apart(const std::vector<BodySpec<2>>&, std::vector<Seed<2>>, const std::vector<int>&, const Model<2>&);
-template void require_apart(const std::vector<BodySpec<3>>&, std::vector<Seed<3>>, const std::vector<int>&, const Model<3>&);
+template void require_apart(const std::vector<BodySpec<1>>&, std::vector<SeedWalk<1>>, const Model<1>&);
+template void require_apart(const std::vector<BodySpec<2>>&, std::vector<SeedWalk<2>>, const Model<2>&);
+template void require_apart(const std::vector<BodySpec<3>>&, std::vector<SeedWalk<3>>, const Model<3>&);
 
 }  // namespace ordo::setup

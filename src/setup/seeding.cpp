@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 
 namespace ordo::setup {
@@ -80,7 +81,9 @@ Filling<D> fill_polar_cells(const TubeShape<D>& shape, int k, const SubCells<D>&
         fail(k, "angular",
              fmt::format("makes cells of {:.3g} degrees; at most 60 are allowed, because domains have straight sides",
                          (tube.to - tube.from) / angular / kDegree));
-    return {fill_polar(tube, radial, angular, layers), polar_cells(tube, radial, angular, layers), {}};
+    return {[=](const auto& f) { walk_polar(tube, radial, angular, layers, f); },
+            [=] { return polar_cells(tube, radial, angular, layers); },
+            {}};
 }
 
 /// Around a core: as many cells as the shape says, else about as large as the grid's sub-cells.
@@ -99,13 +102,21 @@ RoundCount count_of(const Shape& shape, int k, double radius, const SubCells<D>&
     return r;
 }
 
+template <int D>
+SeedWalk<D> walk_list(std::vector<Seed<D>> seeds)
+{
+    return [all = std::make_shared<const std::vector<Seed<D>>>(std::move(seeds))](const auto& f) {
+        for (const Seed<D>& seed : *all) f(seed);
+    };
+}
+
 /// The cells of a mesh, and seeds in their place for domains without corners of their own.
 template <int D>
 Filling<D> fill_mesh(CellMesh<D> mesh)
 {
-    Filling<D> r{.seeds = {}, .corners = {}, .mesh = std::move(mesh)};
-    for (const CornerIds<D>& cell : r.mesh.cells) r.seeds.push_back(seed_of(r.mesh, cell));
-    return r;
+    std::vector<Seed<D>> seeds;
+    for (const CornerIds<D>& cell : mesh.cells) seeds.push_back(seed_of(mesh, cell));
+    return {walk_list(std::move(seeds)), {}, std::move(mesh)};
 }
 
 template <int D>
@@ -140,7 +151,7 @@ Filling<D> fill_tube(const BodySpec<D>& b, int k, const SubCells<D>& cells, cons
         return fill_polar_cells(shape, k, cells, most);
     }
     require_fillable(b, k, shape.tube.bounds(), cells, model, most);
-    return {fill(shape.tube, cells), {}, {}};
+    return {[tube = shape.tube, cells](const auto& f) { walk(tube, cells, f); }, {}, {}};
 }
 
 /// A box, a ball or a tube, in sub-cells of the grid.
@@ -155,12 +166,12 @@ Filling<D> fill_shape(const BodySpec<D>& b, int k, const Model<D>& model, double
     if (const auto* box = std::get_if<Bounds<D>>(&b.shape)) {
         require_shape(*box, k);
         require_fillable(b, k, *box, cells, model, most);
-        return {fill_box(*box, cells), {}, {}};
+        return {[box = *box, cells](const auto& f) { walk_box(box, cells, f); }, {}, {}};
     }
     if (const auto* ball = std::get_if<Ball<D>>(&b.shape)) {
         require_radius(k, ball->radius);
         require_fillable(b, k, ball->bounds(), cells, model, most);
-        return {fill(*ball, cells), {}, {}};
+        return {[ball = *ball, cells](const auto& f) { walk(ball, cells, f); }, {}, {}};
     }
     if constexpr (D >= 2) {
         if (const auto* polar = std::get_if<PolarBall<D>>(&b.shape)) {
@@ -187,6 +198,14 @@ void require_count(int k, double count, double most)
                          count, most));
 }
 
+void require_some(int k, std::ptrdiff_t count)
+{
+    if (count == 0)
+        fail(
+            k, "shape",
+            "holds no particle: it is smaller than a sub-cell of the grid; refine [grid] spacing or use more particles_per_cell");
+}
+
 template <int D>
 Filling<D> fill_body(BodySpec<D>& b, int k, const Model<D>& model, double most)
 {
@@ -194,25 +213,23 @@ Filling<D> fill_body(BodySpec<D>& b, int k, const Model<D>& model, double most)
         if (seeds->empty()) fail(k, "shape", "holds no particle");
         for (const Seed<D>& s : *seeds)
             if (!(s.volume > 0)) fail(k, "shape", fmt::format("its particle at {} has no positive volume", place_text(s.x)));
-        return {std::move(*seeds), {}, {}};
+        return {walk_list(std::move(*seeds)), {}, {}};
     }
     if (auto* shape = std::get_if<MeshShape<D>>(&b.shape)) {
         if (shape->mesh.cells.empty()) fail(k, "shape", "holds no particle");
         return fill_mesh(std::move(shape->mesh));
     }
-    Filling<D> filling = fill_shape(b, k, model, most);
-    if (filling.seeds.empty())
-        fail(
-            k, "shape",
-            "holds no particle: it is smaller than a sub-cell of the grid; refine [grid] spacing or use more particles_per_cell");
-    return filling;
+    return fill_shape(b, k, model, most);
 }
 
 template <int D>
 CellMesh<D> mesh_body(const Filling<D>& filling, int k, const MethodSpec& method)
 try {
-    if (filling.mesh.cells.empty()) return mesh_of(method, filling.seeds, filling.corners);
-    return method.domain == Domain::simplex ? split(filling.mesh) : filling.mesh;
+    if (!filling.mesh.cells.empty()) return method.domain == Domain::simplex ? split(filling.mesh) : filling.mesh;
+    if (filling.corners) return mesh_of<D>(method, {}, filling.corners());
+    std::vector<Seed<D>> seeds;
+    filling.walk([&](const Seed<D>& seed) { seeds.push_back(seed); });
+    return mesh_of(method, seeds);
 } catch (const InputError& e) {
     fail(k, "shape", e.what());
 }

@@ -9,8 +9,8 @@ namespace ordo::setup {
 template <int D>
 double time_step(const TimeSpec& time, const Model<D>& model, const Particles<D>& particles, Ranks& ranks = alone());
 
-/// Throws SetupError if the step is above the limit of the method, or the end is too many steps away.
+/// Throws SetupError if the step is above the limit of the method, or the end is too many steps away. `particles`: of all ranks.
 template <int D>
-void require_stable(const TimeSpec& time, const Model<D>& model, const Particles<D>& particles);
+void require_stable(const TimeSpec& time, const Model<D>& model, const Particles<D>& particles, Ranks& ranks);
 
 }  // namespace ordo::setup

@@ -17,9 +17,9 @@ constexpr double kRounding = 1e-6;  // of a step
 }  // namespace
 
 template <int D>
-Simulation<D>::Simulation(setup::Built<D> built, const WatchSpec& watch, Warn warn)
+Simulation<D>::Simulation(setup::Built<D> built, const WatchSpec& watch, Warn warn, Ranks& ranks)
     : scheme_(make_scheme(std::move(built.model))),
-      state_(scheme_->start(std::move(built.particles))),
+      state_(scheme_->start(std::move(built.particles), ranks)),
       time_(built.time),
       stages_(std::move(built.stages)),
       bodies_(std::move(built.bodies)),

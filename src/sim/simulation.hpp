@@ -22,9 +22,9 @@ class Simulation {
     using Stop  = std::function<bool()>;
     using Start = std::function<State<D>(const Scheme<D>& scheme)>;
 
-    /// From setup::build: the initial configuration with the velocities of its bodies. `warn` gets the findings of the watch that
-    /// do not end the run. Throws InputError if there is nothing to watch.
-    explicit Simulation(setup::Built<D> built, const WatchSpec& watch = {}, Warn warn = {});
+    /// From setup::build: the initial configuration with the velocities of its bodies, of which each rank has a share. `warn` gets the
+    /// findings of the watch that do not end the run. Throws InputError if there is nothing to watch.
+    explicit Simulation(setup::Built<D> built, const WatchSpec& watch = {}, Warn warn = {}, Ranks& ranks = alone());
 
     /// From a state that `start` makes with the scheme of the model, such as a deformed one. Not watched.
     Simulation(Model<D> model, const Start& start, const setup::TimeSpec& time);

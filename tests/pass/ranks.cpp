@@ -1,9 +1,10 @@
 // Runs on several ranks have the bits of runs in one process: every method that ranks can share, however the tiles are divided.
-#include "io/load.hpp"
+#include "io/build.hpp"
 #include "method/diagnostics.hpp"
 #include "method/layout.hpp"
 #include "method/sharing.hpp"
 #include "method/watch.hpp"
+#include "particles/remove.hpp"
 #include "setup/schemes.hpp"
 #include "setup/time_step.hpp"
 #include "sim/simulation.hpp"
@@ -133,10 +134,14 @@ struct Flight {
             add_loads<D>(loads, p, mesh_of(m.method, seeds), 0, 0, [](const Vec<D>& n, const Vec<D>&) { return n[0] > 0.9; });
         return {std::move(p), std::move(loads)};
     }
-    State<D> start(const Scheme<D>& scheme) const
+    /// Of ranks each has a share of the particles.
+    State<D> start(const Scheme<D>& scheme, Ranks& ranks) const
     {
         const Model<D>& m = scheme.model();
-        State<D> s        = scheme.start(plant(m).first);
+        Particles<D> p    = plant(m).first;
+        const int count   = p.count;
+        keep_particles(p, count * ranks.index() / ranks.count(), count * (ranks.index() + 1) / ranks.count());
+        State<D> s = scheme.start(std::move(p), ranks);
         set_velocities(
             s.particles, 0, s.particles.count,
             [&](const Vec<D>& x) {
@@ -149,13 +154,12 @@ struct Flight {
         s.account.is_wanted = true;
         return s;
     }
-    /// Everything that is seen; `ranks` null: in one process.
-    std::vector<Seen> run(Ranks* ranks) const
+    /// Everything that is seen.
+    std::vector<Seen> run(Ranks& ranks) const
     {
         const std::unique_ptr<Scheme<D>> scheme = make_scheme(model());
         const Model<D>& m                       = scheme->model();
-        State<D> s                              = start(*scheme);
-        if (ranks) distribute(m, s, *ranks);
+        State<D> s                              = start(*scheme, ranks);
         std::vector<Seen> seen;
         setup::TimeSpec time;
         time.cfl          = 0.3;
@@ -178,7 +182,7 @@ struct Flight {
     }
     void check(const std::vector<std::pair<int, Division>>& crews, const std::vector<int>& threads = {1}) const
     {
-        const std::vector<Seen> expected = run(nullptr);
+        const std::vector<Seen> expected = run(alone());
         for (const int of_each : threads)
             for (const auto& [count, division] : crews) check(expected, count, division, of_each);
     }
@@ -188,7 +192,7 @@ struct Flight {
                      " of " + std::to_string(threads) + " threads");
         test::on_ranks(count, division, [&](Ranks& ranks) {
             set_thread_count(threads);
-            const std::vector<Seen> seen = run(&ranks);
+            const std::vector<Seen> seen = run(ranks);
             if (ranks.index() != 0) return;
             ASSERT_EQ(seen.size(), expected.size());
             for (std::size_t k = 0; k < seen.size(); ++k) {
@@ -270,29 +274,32 @@ TEST(Ranks, EveryLawHasTheBitsOfOneProcess)
     }
 }
 
-/// Cases of bodies and obstacles that meet: fields of their own, vertices, Gauss points of faces and particles as points.
+/// Cases of bodies and obstacles that meet: fields of their own, vertices, Gauss points of faces and particles as points. Ranks start with
+/// shares, or with the whole state of a checkpoint.
 template <int D>
 void check_case(const std::string& name, const std::vector<std::string>& changes, int steps)
 {
     SCOPED_TRACE(name);
-    std::size_t points = 0;
-    auto run           = [&](Ranks* ranks) {
-        Simulation<D> sim(io::load<D>(std::string(ORDO_CASES) + "/" + name + "/case.toml", changes));
-        if (ranks) distribute(sim.model(), sim.state(), *ranks);
+    std::size_t points        = 0;
+    const io::CaseInput input = io::read_case(std::string(ORDO_CASES) + "/" + name + "/case.toml", changes);
+    auto run                  = [&](Ranks& ranks, bool has_shares) {
+        const setup::Share share = has_shares ? setup::Share{ranks.index(), ranks.count()} : setup::Share{};
+        Simulation<D> sim(io::build<D>(input, setup::kMostParticles, share), {}, {}, has_shares ? ranks : alone());
+        if (!has_shares) distribute(sim.model(), sim.state(), ranks);
         std::vector<Seen> seen;
         for (int k = 1; k <= steps; ++k) {
             sim.step();
             if (k % (steps / 3) == 0) seen.push_back(look(sim.model(), sim.state()));
         }
-        if (!ranks) points = sim.state().contacts.points.size();
+        if (ranks.is_alone()) points = sim.state().contacts.points.size();
         return seen;
     };
-    const std::vector<Seen> expected = run(nullptr);
+    const std::vector<Seen> expected = run(alone(), true);
     EXPECT_GT(points, 0u);
     for (const auto& [count, division] : {std::pair(3, Division::random), std::pair(2, Division::parts)})
         test::on_ranks(count, division, [&](Ranks& ranks) {
             set_thread_count(1);
-            const std::vector<Seen> seen = run(&ranks);
+            const std::vector<Seen> seen = run(ranks, division == Division::random);
             for (std::size_t k = 0; k < seen.size() && ranks.index() == 0; ++k) {
                 EXPECT_EQ(seen[k].numbers, expected[k].numbers);
                 EXPECT_TRUE(seen[k] == expected[k]) << "look " << k;

@@ -6,10 +6,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstddef>
 #include <functional>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace ordo {
 namespace {
@@ -41,7 +44,8 @@ std::string refusal(const std::function<void(CaseSpec<2>&)>& change)
     return "";
 }
 
-TEST(Setup, SeedsBodiesOfEveryShape)
+/// A body of each shape, of two materials.
+CaseSpec<2> bodies_of_every_shape()
 {
     CaseSpec<2> spec = disk();
     spec.materials.push_back(spec.materials[0]);
@@ -54,7 +58,12 @@ TEST(Setup, SeedsBodiesOfEveryShape)
     const CellMesh<2> square{{{0.0, 0.75}, {0.25, 0.75}, {0.0, 1.0}, {0.25, 1.0}}, {{{0, 1, 2, 3}}}};
     spec.bodies.push_back({.shape = MeshShape<2>{.mesh = square}});
     spec.bodies.push_back({.shape = PolarBall<2>{.ball = {{0.87, 0.5}, 0.1}, .radial = 2, .angular = 16}});
-    const Built<2> built = build(spec);
+    return spec;
+}
+
+TEST(Setup, SeedsBodiesOfEveryShape)
+{
+    const Built<2> built = build(bodies_of_every_shape());
 
     EXPECT_EQ(built.bodies[5].particles, 4 * 4 + 2 * 16);
     std::vector<double> mass(6);
@@ -67,6 +76,59 @@ TEST(Setup, SeedsBodiesOfEveryShape)
     EXPECT_NEAR(mass[5], 1000 * 8 * 0.01 * std::sin(std::numbers::pi / 8), 1e-9);  // of the polygon
     for (int i = 0; i < built.particles.count; ++i) EXPECT_EQ(built.particles.v[i][1], built.particles.body[i] == 1 ? 3.0 : 0.0);
     EXPECT_EQ(built.time.cfl, 0.4);
+}
+
+/// The bytes of each field of particles, those of several ranges one after the other.
+template <int D>
+void append_fields(std::vector<std::vector<std::byte>>& to, Particles<D>& p)
+{
+    std::size_t k = 0;
+    p.for_each_field([&](auto& field) {
+        if (to.size() == k) to.emplace_back();
+        const auto bytes = std::as_bytes(std::span(field.data(), field.size()));
+        to[k].insert(to[k].end(), bytes.begin(), bytes.end());
+        ++k;
+    });
+}
+
+/// Builds a case at once, and in the shares of 1, 2, 3 and many ranks.
+template <int D>
+void expect_shares_of_the_whole(const CaseSpec<D>& spec)
+{
+    Built<D> whole = build(spec);
+    std::vector<std::vector<std::byte>> expected;
+    append_fields(expected, whole.particles);
+    for (const int count : {1, 2, 3, whole.particles.count + 5}) {
+        SCOPED_TRACE(count);
+        std::vector<std::vector<std::byte>> fields;
+        for (int k = 0; k < count; ++k) {
+            Built<D> built = build(spec, kMostParticles, {k, count});
+            EXPECT_LE(built.particles.count, whole.particles.count / count + 1);
+            EXPECT_EQ(built.notes, whole.notes);
+            append_fields(fields, built.particles);
+        }
+        EXPECT_EQ(fields, expected);
+    }
+}
+TEST(Setup, SharesOfRanksMakeUpTheWhole)
+{
+    for (const char* preset : {"cpdi1", "apic", "cpdi2"}) {
+        SCOPED_TRACE(preset);
+        CaseSpec<2> spec     = bodies_of_every_shape();
+        spec.method          = find_preset(preset)->spec;
+        spec.bodies[1].gauss = spec.method.domain == Domain::point;
+        expect_shares_of_the_whole(spec);
+    }
+    CaseSpec<3> spec{};
+    spec.method    = find_preset("cpdi1")->spec;
+    spec.size      = {1.0, 1.0, 1.0};
+    spec.spacing   = {0.25, 0.25, 0.25};
+    spec.gravity   = {0.0, 0.0, -10.0};
+    spec.materials = {elastic_material(find_law("jaumann-elastic"), 1000.0, 1e6, 0.3)};
+    spec.bodies    = {{.shape = Ball<3>{{0.5, 0.5, 0.35}, 0.3}}, {.shape = Bounds<3>{{0.0, 0.0, 0.75}, {1.0, 1.0, 1.0}}}};
+    spec.bodies[0].stress.k0 = 0.5;
+    spec.time                = {.end = 0.1};
+    expect_shares_of_the_whole(spec);
 }
 
 /// A disk, and half a ring whose ends are cut along the grid; a ball, and a quarter of a tube in 3D.
