@@ -296,10 +296,10 @@ void check_case(const std::string& name, const std::vector<std::string>& changes
     };
     const std::vector<Seen> expected = run(alone(), true);
     EXPECT_GT(points, 0u);
-    for (const auto& [count, division] : {std::pair(3, Division::random), std::pair(2, Division::parts)})
-        test::on_ranks(count, division, [&](Ranks& ranks) {
+    for (const bool has_shares : {true, false})
+        test::on_ranks(has_shares ? 3 : 2, has_shares ? Division::random : Division::parts, [&](Ranks& ranks) {
             set_thread_count(1);
-            const std::vector<Seen> seen = run(ranks, division == Division::random);
+            const std::vector<Seen> seen = run(ranks, has_shares);
             for (std::size_t k = 0; k < seen.size() && ranks.index() == 0; ++k) {
                 EXPECT_EQ(seen[k].numbers, expected[k].numbers);
                 EXPECT_TRUE(seen[k] == expected[k]) << "look " << k;
