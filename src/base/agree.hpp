@@ -5,6 +5,7 @@
 #include "base/ranks.hpp"
 
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <string>
 
@@ -36,6 +37,28 @@ std::string text_of_first(Ranks& ranks, double number, const Make& make)
     });
     return {bytes.begin(), bytes.end()};
 }
+
+/// Calls of one rank in the midst of what all ranks do. After the first OutputError, which is kept for `agree`, there are no more.
+class KeptFailure {
+  public:
+    template <class F>
+    void run(const F& f)
+    {
+        if (failure_) return;
+        try {
+            f();
+        } catch (const OutputError&) {
+            failure_ = std::current_exception();
+        }
+    }
+    void rethrow() const
+    {
+        if (failure_) std::rethrow_exception(failure_);
+    }
+
+  private:
+    std::exception_ptr failure_;
+};
 
 /// Calls f() on all ranks. If it throws one of ordo's errors on some, all of them throw that of the first.
 template <class F>

@@ -169,19 +169,23 @@ struct Scalar<Turns<D>> {
     using Type = std::int32_t;
 };
 
-/// f(name, array of numbers) for the fields of particles and corners that steps or sorts change.
+enum class RowsOf { particles, corners };
+
+/// f(name, array of numbers, whose rows they are) for the fields of particles and corners that steps or sorts change.
 template <int D, class F>
-void for_each_array(Particles<D>& p, F&& f)
+void for_each_array(const Model<D>& model, Particles<D>& p, F&& f)
 {
-    auto visit = [&](const std::string& name, auto& field) {
+    auto visit = [&](const std::string& name, auto& field, RowsOf rows) {
         using Number         = typename Scalar<std::remove_reference_t<decltype(field[0])>>::Type;
         constexpr auto bytes = sizeof(field[0]);
         static_assert(bytes % sizeof(Number) == 0);
-        f(name, ArrayOf<Number>{reinterpret_cast<Number*>(field.data()), field.size(), bytes / sizeof(Number)});
+        f(name, ArrayOf<Number>{reinterpret_cast<Number*>(field.data()), field.size(), bytes / sizeof(Number)}, rows);
     };
-    p.for_each_named_field([&](const char* name, auto& field) { visit(std::string("particle_") + name, field); });
-    visit("corner", p.corner);
-    visit("corner_velocity", p.corner_velocity);
+    p.for_each_named_field_of(field_groups(model), [&](const char* name, auto& field) {
+        visit(std::string("particle_") + name, field, RowsOf::particles);
+    });
+    visit("corner", p.corner, RowsOf::corners);
+    visit("corner_velocity", p.corner_velocity, RowsOf::corners);
 }
 
 /// f(name, number) for the single numbers of a state.
@@ -286,12 +290,31 @@ void for_each_step(Written& w, F&& f)
     f("written_frame_step", w.frame_step);
 }
 
+/// Adds the fields of the particles and corners of all ranks. on_first(f) calls f(writer) on the first of them.
+template <int D, class OnFirst>
+void add_arrays(const Model<D>& model, State<D>& s, const OnFirst& on_first)
+{
+    const JoinedRows particles = joined_particles(s), corners = joined_corners(s);
+    for_each_array(model, s.particles, [&]<class T>(const std::string& name, const ArrayOf<T>& array, RowsOf of) {
+        const bool is_of_corners = of == RowsOf::corners;
+        const JoinedRows& rows   = is_of_corners ? corners : particles;
+        const bool has_none      = is_of_corners && array.rows == 0;
+        on_first(
+            [&](Hdf5Writer& out) { out.begin<T>(name, has_none ? 0 : static_cast<std::size_t>(rows.count()), array.columns); });
+        if (has_none) return;
+        rows.for_each_block<T>([&](std::size_t) { return array.columns; },
+                               [&](std::size_t k, T* to) {
+                                   const std::size_t row = is_of_corners ? static_cast<std::size_t>(rows.place(k)) : k;
+                                   std::copy_n(array.data + row * array.columns, array.columns, to);
+                               },
+                               [&](std::span<const T> numbers) { on_first([&](Hdf5Writer& out) { out.append(numbers); }); });
+    });
+}
+
+/// The rest of a state, with the tiles of all ranks.
 template <int D>
 void add_state(Hdf5Writer& out, State<D>& s)
 {
-    for_each_array(s.particles, [&]<class T>(const std::string& name, const ArrayOf<T>& array) {
-        out.add(name, ArrayOf<const T>{array.data, array.rows, array.columns});
-    });
     if (s.contacts.are_there()) add_anchors(out, s.contacts.points);
     const TileRecord layout = s.field.tiles.record();
     out.add("layout_tiles", layout.tiles);
@@ -304,7 +327,7 @@ void add_state(Hdf5Writer& out, State<D>& s)
 template <int D>
 void read_state(const Hdf5Reader& in, const Model<D>& model, State<D>& s)
 {
-    for_each_array(s.particles, [&](const std::string& name, const auto& array) { in.read(name, array); });
+    for_each_array(model, s.particles, [&](const std::string& name, const auto& array, RowsOf) { in.read(name, array); });
     for_each_number(s, [&](const char* name, double& x) { in.read(name, ArrayOf<double>{&x, 1, 1}); });
     if (s.contacts.are_there()) s.contacts.points = read_anchors<D>(in);
     std::int32_t halo = 0;
@@ -345,29 +368,48 @@ template <int D>
 void Checkpoints<D>::write(State<D>& s, Written written)
 {
     if (last_step_ == s.n) return;
-    const Gathered<D> gathered(model_, s, true);
-    on_first(*s.ranks, [&] { write_file(s, std::move(written)); });
+    write_file(s, std::move(written));
     last_      = Clock::now();
     last_step_ = s.n;
 }
 
+/// The first rank writes, with what all have.
 template <int D>
 void Checkpoints<D>::write_file(State<D>& s, Written written)
 {
-    PartName file(directory_.file(checkpoint_file(s.n)));
-    {
-        Hdf5Writer out(file.part(), kHead);
-        out.add_text("case", identity_);
+    std::optional<PartName> file;
+    std::optional<Hdf5Writer> writer;
+    KeptFailure failure;
+    auto on_first = [&](const auto& f) {
+        if (s.ranks->index() == 0) failure.run([&] { f(*writer); });
+    };
+    if (s.ranks->index() == 0)
+        failure.run([&] {
+            file.emplace(directory_.file(checkpoint_file(s.n)));
+            writer.emplace(file->part(), kHead);
+            writer->add_text("case", identity_);
+        });
+    add_arrays(model_, s, on_first);
+    const Gathered<D> gathered(s);
+    on_first([&](Hdf5Writer& out) {
         add_state(out, s);
         for_each_list(written, [&](const char* name, const auto& list) { out.add(name, list); });
         for_each_step(written, [&](const char* name, std::int64_t step) { out.add(name, std::vector<std::int64_t>{step}); });
         out.close();
-    }
-    seal(file.part());
-    file.commit();
+        writer.reset();
+        seal(file->part());
+        file->commit();
+        remove_older(s.n);
+    });
+    agree(*s.ranks, [&] { failure.rethrow(); });
+}
+
+template <int D>
+void Checkpoints<D>::remove_older(std::int64_t step)
+{
     int kept = 0;
-    for (const std::int64_t step : steps())
-        if (step <= s.n && ++kept > input_.checkpoint.keep) directory_.remove({checkpoint_file(step)});
+    for (const std::int64_t one : steps())
+        if (one <= step && ++kept > input_.checkpoint.keep) directory_.remove({checkpoint_file(one)});
 }
 
 template <int D>

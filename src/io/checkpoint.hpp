@@ -38,6 +38,8 @@ class Checkpoints {
     using Clock = std::chrono::steady_clock;
 
     void write_file(State<D>& s, Written written);
+    /// Of the checkpoints up to a step, those beyond the number to keep.
+    void remove_older(std::int64_t step);
     Written read_file(const std::filesystem::path& file, Simulation<D>& sim) const;
     std::vector<std::int64_t> steps() const;  ///< of those in the directory, newest first
 

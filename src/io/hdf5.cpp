@@ -83,36 +83,57 @@ Hdf5Writer::Hdf5Writer(const std::filesystem::path& file, std::size_t user_block
 }
 Hdf5Writer::~Hdf5Writer()
 {
+    if (set_ >= 0) H5Dclose(set_);
     if (file_ >= 0) H5Fclose(file_);
 }
 template <class T>
-void Hdf5Writer::add(const std::string& name, ArrayOf<const T> array)
+void Hdf5Writer::begin(const std::string& name, std::size_t rows, std::size_t columns)
 {
-    const std::array<hsize_t, 2> shape{array.rows, array.columns};
-    if (!add(name, type_of<T>(), H5Screate_simple(2, shape.data(), nullptr), array.data)) fail();
+    const std::array<hsize_t, 2> shape{rows, columns};
+    begin(name, type_of<T>(), H5Screate_simple(2, shape.data(), nullptr));
+    row_     = 0;
+    columns_ = columns;
+}
+template <class T>
+void Hdf5Writer::append(std::span<const T> numbers)
+{
+    const std::array<hsize_t, 2> first{row_, 0}, shape{numbers.size() / columns_, columns_};
+    const hid_t all = H5Dget_space(set_), piece = H5Screate_simple(2, shape.data(), nullptr);
+    const bool is_done = H5Sselect_hyperslab(all, H5S_SELECT_SET, first.data(), nullptr, shape.data(), nullptr) >= 0 &&
+                         H5Dwrite(set_, type_of<T>(), piece, all, H5P_DEFAULT, numbers.data()) >= 0;
+    H5Sclose(piece);
+    H5Sclose(all);
+    if (!is_done) fail();
+    row_ += shape[0];
 }
 void Hdf5Writer::add_text(const std::string& name, const std::string& text)
 {
     const hid_t type = H5Tcopy(H5T_C_S1);
     H5Tset_size(type, text.size() + 1);
-    const bool is_done = add(name, type, H5Screate(H5S_SCALAR), text.c_str());
+    begin(name, type, H5Screate(H5S_SCALAR));
+    const bool is_done = H5Dwrite(set_, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.c_str()) >= 0;
     H5Tclose(type);
     if (!is_done) fail();
 }
 /// Without time stamps, so the same state gives the same file.
-bool Hdf5Writer::add(const std::string& name, std::int64_t type, std::int64_t space, const void* data)
+void Hdf5Writer::begin(const std::string& name, std::int64_t type, std::int64_t space)
 {
+    end();
     const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
     H5Pset_obj_track_times(creation, false);
-    const hid_t set    = H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT);
-    const bool is_done = set >= 0 && H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0;
-    const bool is_kept = set >= 0 && H5Dclose(set) >= 0;
+    set_ = H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT);
     H5Pclose(creation);
     H5Sclose(space);
-    return is_done && is_kept;
+    if (set_ < 0) fail();
+}
+/// Closes the array that has begun.
+void Hdf5Writer::end()
+{
+    if (set_ >= 0 && H5Dclose(std::exchange(set_, -1)) < 0) fail();
 }
 void Hdf5Writer::close()
 {
+    end();
     if (H5Fclose(std::exchange(file_, -1)) < 0) fail();
 }
 void Hdf5Writer::fail() const
@@ -170,7 +191,12 @@ bool has_hdf5() { return false; }
 Hdf5Writer::Hdf5Writer(const std::filesystem::path&, std::size_t) { refuse(); }
 Hdf5Writer::~Hdf5Writer() = default;
 template <class T>
-void Hdf5Writer::add(const std::string&, ArrayOf<const T>)
+void Hdf5Writer::begin(const std::string&, std::size_t, std::size_t)
+{
+    refuse();
+}
+template <class T>
+void Hdf5Writer::append(std::span<const T>)
 {
     refuse();
 }
@@ -193,9 +219,10 @@ std::string Hdf5Reader::text(const std::string&) const { refuse(); }
 
 #endif
 
-#define ORDO_HDF5_TYPE(T)                                                 \
-    template void Hdf5Writer::add(const std::string&, ArrayOf<const T>);  \
-    template void Hdf5Reader::read(const std::string&, ArrayOf<T>) const; \
+#define ORDO_HDF5_TYPE(T)                                                             \
+    template void Hdf5Writer::begin<T>(const std::string&, std::size_t, std::size_t); \
+    template void Hdf5Writer::append(std::span<const T>);                             \
+    template void Hdf5Reader::read(const std::string&, ArrayOf<T>) const;             \
     template std::vector<T> Hdf5Reader::list(const std::string&) const;
 ORDO_HDF5_TYPE(double)
 ORDO_HDF5_TYPE(std::int32_t)

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,7 +16,7 @@ bool has_hdf5();
 inline constexpr std::string_view kNoHdf5 =
     "needs HDF5, and ordo was built without it; install libhdf5-dev, then configure and build again";
 
-/// An array of `rows` x `columns` numbers. T is double, int32_t, int64_t or uint64_t; const for arrays to be written.
+/// An array of `rows` x `columns` numbers. T is double, int32_t, int64_t or uint64_t.
 template <class T>
 struct ArrayOf {
     T* data;
@@ -29,22 +30,29 @@ class Hdf5Writer {
     ~Hdf5Writer();
     Hdf5Writer(const Hdf5Writer&) = delete;
 
+    /// Begins an array of `rows` x `columns` numbers; `append` writes them, in any number of pieces.
     template <class T>
-    void add(const std::string& name, ArrayOf<const T> array);
+    void begin(const std::string& name, std::size_t rows, std::size_t columns);
+    template <class T>
+    void append(std::span<const T> numbers);
     template <class T>
     void add(const std::string& name, const std::vector<T>& list)
     {
-        add(name, ArrayOf<const T>{list.data(), list.size(), 1});
+        begin<T>(name, list.size(), 1);
+        append(std::span<const T>(list));
     }
     void add_text(const std::string& name, const std::string& text);
     void close();
 
   private:
-    bool add(const std::string& name, std::int64_t type, std::int64_t space, const void* data);
+    void begin(const std::string& name, std::int64_t type, std::int64_t space);
+    void end();
     [[noreturn]] void fail() const;
 
     std::filesystem::path path_;
-    std::int64_t file_ = -1;
+    std::int64_t file_                    = -1;
+    [[maybe_unused]] std::int64_t set_    = -1;           ///< the array that has begun
+    [[maybe_unused]] std::size_t columns_ = 0, row_ = 0;  ///< its columns, and the next row
 };
 
 /// Throws InputError if the file is not HDF5 or lacks what is asked for; messages do not name the file.

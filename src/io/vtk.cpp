@@ -1,8 +1,11 @@
 #include "io/vtk.hpp"
 
+#include "base/agree.hpp"
 #include "base/error.hpp"
+#include "base/joined_rows.hpp"
 #include "io/file.hpp"
 #include "method/grid_sample.hpp"
+#include "particles/sort.hpp"
 #include "sim/output_fields.hpp"
 
 #include <fmt/format.h>
@@ -15,6 +18,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -82,23 +86,62 @@ std::string component_names(int components)
 
 /// The appended section of a VTK XML file: arrays of numbers, each after its size in bytes. Values are computed while they are
 /// written, a block at a time: arrays of a whole frame would need as much memory as the particles, and touching new pages costs
-/// more than computing the numbers. Only compressed arrays are held, because the file begins with their sizes.
+/// more than computing the numbers. Only compressed arrays are held, because the file begins with their sizes. Of several ranks the first
+/// has the section, and all make the same calls.
 class Appended {
   public:
+    using Put = std::function<void(std::string_view)>;
+
     explicit Appended(bool is_compressed = false) : is_compressed_(is_compressed) {}
 
-    /// Adds an array of `count` tuples and returns its XML element. fill(k, out) writes the numbers of tuple k; it is called in
-    /// parallel, until `write` returns.
+    /// Adds an array of tuples, one a row, and returns its XML element. fill(k, out) writes the numbers of row k of this rank; it is called
+    /// in parallel, until `write` returns.
     template <class T, class Fill>
-    std::string add(std::string_view name, std::size_t count, int components, Fill fill)
+    std::string add(std::string_view name, const JoinedRows& rows, int components, Fill fill)
     {
         const auto length = static_cast<std::size_t>(components);
         return add_runs<T>(
-            name, count, components, [=](std::size_t k) { return k * length; }, std::move(fill));
+            name, rows, static_cast<std::size_t>(rows.count()) * length, components, [=](std::size_t) { return length; },
+            std::move(fill));
     }
-    /// The same for `count` runs of tuples; the numbers of run k begin at place begin(k).
-    template <class T, class Begin, class Fill>
-    std::string add_runs(std::string_view name, std::size_t count, int components, Begin begin, Fill fill)
+    /// The same for rows of one process.
+    template <class T, class Fill>
+    std::string add(std::string_view name, std::size_t count, int components, Fill fill)
+    {
+        return add<T>(name, JoinedRows(static_cast<std::int64_t>(count)), components, std::move(fill));
+    }
+    /// The same for rows of several tuples: `numbers` in all, length(k) in row k.
+    template <class T, class Length, class Fill>
+    std::string add_runs(std::string_view name, const JoinedRows& rows, std::size_t numbers, int components, Length length,
+                         Fill fill)
+    {
+        return add_array<T>(name, numbers, components, [=](const auto& put) { rows.for_each_block<T>(length, fill, put); });
+    }
+    /// An array of the sums of the numbers up to each row, one a row.
+    template <class T, class Fill>
+    std::string add_sums(std::string_view name, const JoinedRows& rows, Fill fill)
+    {
+        return add_array<T>(name, static_cast<std::size_t>(rows.count()), 1, [=](const auto& put) {
+            T sum = 0;
+            rows.for_each_block<T>([](std::size_t) { return 1; }, fill,
+                                   [&](std::span<T> numbers) {
+                                       for (T& one : numbers) one = sum += one;
+                                       put(numbers);
+                                   });
+        });
+    }
+    std::uint64_t size() const { return size_; }
+    void write(const Put& put) const
+    {
+        put("<AppendedData encoding=\"raw\">\n_");
+        for (const auto& w : writers_) w(put);
+        put("\n</AppendedData>\n</VTKFile>\n");
+    }
+
+  private:
+    /// compute(put) calls put(numbers) for block after block.
+    template <class T, class Compute>
+    std::string add_array(std::string_view name, std::size_t numbers, int components, const Compute& compute)
     {
         const std::string type = std::is_same_v<T, double>  ? "Float64"
                                  : std::is_same_v<T, float> ? "Float32"
@@ -108,48 +151,29 @@ class Appended {
         const std::string tag =
             fmt::format(R"(<DataArray type="{}" Name="{}" NumberOfComponents="{}"{} format="appended" offset="{}"/>)", type, name,
                         components, component_names(components), size_);
-        auto compute = [=](auto&& put) {  // put(bytes) for block after block
-            std::vector<T> values;
-            for (std::size_t first = 0, last = 0; first < count; first = last) {
-                last                = std::min(count, first + kBlock);
-                const std::size_t n = begin(last) - begin(first);
-                if (values.size() < n) values.resize(n);
-                parallel_for_each(static_cast<std::ptrdiff_t>(last - first), [&](std::ptrdiff_t i) {
-                    const std::size_t k = first + static_cast<std::size_t>(i);
-                    fill(k, values.data() + (begin(k) - begin(first)));
-                });
-                put(std::string_view(reinterpret_cast<const char*>(values.data()), n * sizeof(T)));
-            }
+        auto bytes_of = [](std::span<const T> block) {
+            return std::string_view(reinterpret_cast<const char*>(block.data()), block.size_bytes());
         };
         if (is_compressed_) {
             Packed packed;
-            compute([&](std::string_view bytes) { packed.add(bytes); });
+            compute([&](std::span<T> block) { packed.add(bytes_of(block)); });
             std::string all = packed.finish();
             size_ += all.size();
-            writers_.push_back([all = std::move(all)](AtomicFile& file) { file.write(all); });
+            writers_.push_back([all = std::move(all)](const Put& put) { put(all); });
             return tag + "\n";
         }
-        const std::uint64_t bytes = begin(count) * sizeof(T);
+        const std::uint64_t bytes = numbers * sizeof(T);
         size_ += sizeof(bytes) + bytes;
-        writers_.push_back([=](AtomicFile& file) {
-            file.write_binary(std::span<const std::uint64_t>(&bytes, 1));
-            compute([&](std::string_view block) { file.write(block); });
+        writers_.push_back([=](const Put& put) {
+            put({reinterpret_cast<const char*>(&bytes), sizeof(bytes)});
+            compute([&](std::span<T> block) { put(bytes_of(block)); });
         });
         return tag + "\n";
     }
-    std::uint64_t size() const { return size_; }
-    void write(AtomicFile& file) const
-    {
-        file.write("<AppendedData encoding=\"raw\">\n_");
-        for (const auto& w : writers_) w(file);
-        file.write("\n</AppendedData>\n</VTKFile>\n");
-    }
 
-  private:
-    static constexpr std::size_t kBlock = 1 << 14;
     bool is_compressed_;
     std::uint64_t size_ = 0;
-    std::vector<std::function<void(AtomicFile&)>> writers_;
+    std::vector<std::function<void(const Put&)>> writers_;
 };
 
 constexpr std::string_view kHead = R"(<?xml version="1.0"?>
@@ -211,118 +235,184 @@ void put_corners(const Model<D>& model, const Particles<D>& p, int i, double* ou
     }
 }
 
-/// A file of particles before it is written. Particles must not change until then.
+/// The particles of this rank whose numbers are multiples of `every`, in the order of their numbers, and the rows that they are among those of
+/// all ranks.
+template <int D>
+class NumberedParticles {
+  public:
+    NumberedParticles(const Particles<D>& p, Ranks& ranks, int every) : rows_(0)
+    {
+        std::vector<int> chosen;
+        for (int i = 0; i < p.count; ++i)
+            if (p.id[i] % every == 0) chosen.push_back(i);
+        Array<std::uint64_t> numbers(chosen.size());
+        for (std::size_t k = 0; k < chosen.size(); ++k) numbers[k] = static_cast<std::uint64_t>(p.id[chosen[k]] / every);
+        const double most      = numbers.empty() ? 0 : static_cast<double>(*std::max_element(numbers.begin(), numbers.end()));
+        const auto end         = static_cast<std::uint64_t>(largest(ranks, most)) + 1;
+        const Array<int> order = sort_keys(numbers, end);
+        order_                 = chosen;
+        for (std::size_t k = 0; k < order.size(); ++k) order_[k] = chosen[order[k]];
+        rows_ = ranks.is_alone() ? JoinedRows(static_cast<std::int64_t>(chosen.size())) : join(ranks, numbers, end);
+    }
+
+    const JoinedRows& rows() const { return rows_; }
+    /// The particle in row k of this rank.
+    int operator[](std::size_t k) const { return order_[k]; }
+    const std::vector<int>& order() const { return order_; }
+
+  private:
+    /// A bit says that a number is there; it is on one rank only, so the sum of words has the bits of all.
+    static JoinedRows join(Ranks& ranks, const Array<std::uint64_t>& numbers, std::uint64_t end)
+    {
+        std::vector<std::int64_t> words(end / 64 + 1, 0);
+        auto bit_of = [](std::uint64_t n) { return std::uint64_t{1} << n % 64; };
+        for (const std::uint64_t n : numbers) words[n / 64] |= static_cast<std::int64_t>(bit_of(n));
+        ranks.add(words);
+        std::vector<std::int64_t> places;
+        std::int64_t before = 0;  // of all words before the one of the number
+        std::size_t word    = 0;
+        auto bits           = [&](std::size_t k) { return static_cast<std::uint64_t>(words[k]); };
+        for (const std::uint64_t n : numbers) {
+            for (; word < n / 64; ++word) before += std::popcount(bits(word));
+            places.push_back(before + std::popcount(bits(word) & (bit_of(n) - 1)));
+        }
+        for (; word < words.size(); ++word) before += std::popcount(bits(word));
+        return {ranks, std::move(places), before};
+    }
+
+    std::vector<int> order_;
+    JoinedRows rows_;
+};
+
+/// A file of particles before it is written, made by all ranks together. Particles must not change until then.
 template <int D>
 class ParticleFile {
   public:
     ParticleFile(const Model<D>& model, const State<D>& s, const FrameStyle& style)
-        : model_(model), p_(s.particles), style_(style), data_(style.is_compressed)
+        : model_(model),
+          p_(s.particles),
+          ranks_(*s.ranks),
+          style_(style),
+          written_(s.particles, *s.ranks, style.every),
+          data_(style.is_compressed)
     {
-        has_domain_ = !style.as_points && (!p_.edges.empty() || !p_.half.empty() || !p_.cell.empty());
-        find_order();
-        const std::string arrays = find_arrays(), points = find_points(), cells = find_cells();
+        const FieldGroups groups = field_groups(model);
+        has_domain_              = !style.as_points && (groups.box || groups.corners || groups.cells);
+        std::int64_t points      = 0;
+        for (const int i : written_.order()) points += points_of(i);
+        ranks_.add({&points, 1});
+        points_                  = static_cast<std::size_t>(points);
+        const auto cells         = style_.as_points ? 1 : written_.rows().count();
+        const std::string arrays = find_arrays(), coordinates = find_points(), topology = find_cells();
         text_ =
             fmt::format(fmt::runtime(kHead), "UnstructuredGrid",
                         style.is_compressed ? R"( compressor="vtkZLibDataCompressor")" : "") +
             fmt::format("<UnstructuredGrid>\n<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" "
                         "format=\"ascii\">{}</DataArray>\n</FieldData>\n",
                         s.t) +
-            fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n", first_point_.back(), cell_count_) +
+            fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n", points_, cells) +
             fmt::format("<{0}>\n{1}</{0}>\n<Points>\n{2}</Points>\n<Cells>\n{3}</Cells>\n</Piece>\n</UnstructuredGrid>\n",
-                        has_domain_ ? "CellData" : "PointData", arrays, points, cells);
+                        has_domain_ ? "CellData" : "PointData", arrays, coordinates, topology);
     }
     ParticleFile(const ParticleFile&) = delete;
 
     std::uint64_t size() const { return text_.size() + data_.size(); }
-    void write(const std::filesystem::path& file) const
+    /// The first rank writes. Throws OutputError on all of them.
+    void write(const std::filesystem::path& path) const
     {
-        AtomicFile out(file);
-        out.write(text_);
-        data_.write(out);
-        out.commit();
+        std::optional<AtomicFile> file;
+        on_first(ranks_, [&] { file.emplace(path); });
+        KeptFailure failure;
+        auto put = [&](std::string_view bytes) {
+            if (file) failure.run([&] { file->write(bytes); });
+        };
+        put(text_);
+        data_.write(put);
+        on_first(ranks_, [&] {
+            failure.rethrow();
+            file->commit();
+        });
     }
 
   private:
-    void find_order()
-    {
-        const int end = p_.count > 0 ? *std::max_element(p_.id.begin(), p_.id.end()) + 1 : 0;
-        std::vector<int> all(static_cast<std::size_t>(end), -1);  // -1: taken out
-        parallel_for_each(p_.count, [&](std::ptrdiff_t i) { all[p_.id[i]] = static_cast<int>(i); });
-        for (std::size_t k = 0; k < all.size(); k += static_cast<std::size_t>(style_.every))
-            if (all[k] >= 0) order_.push_back(all[k]);
-        first_point_.reserve(order_.size() + 1);
-        for (const int i : order_)
-            first_point_.push_back(first_point_.back() + (has_domain_ ? static_cast<std::size_t>(corner_count(p_, i)) : 1));
-    }
-
+    int points_of(int i) const { return has_domain_ ? corner_count(p_, i) : 1; }
+    // Each call of data_.add is one of all ranks: their order must not be left to the compiler.
     std::string find_arrays()
     {
-        std::string r = integers("id", p_.id) + integers("body", p_.body) + integers("material", p_.material);
+        std::string r = integers("id", p_.id);
+        r += integers("body", p_.body);
+        r += integers("material", p_.material);
         if (has_domain_) r += field("position");
         for (const std::string& name : style_.fields) r += field(name);
         return r;
     }
     std::string integers(std::string_view name, const Array<std::int32_t>& values)
     {
-        return data_.add<std::int32_t>(name, order_.size(), 1,
-                                       [&](std::size_t k, std::int32_t* out) { *out = values[order_[k]]; });
+        return data_.add<std::int32_t>(name, written_.rows(), 1,
+                                       [&](std::size_t k, std::int32_t* out) { *out = values[written_[k]]; });
     }
     std::string field(const std::string& name)
     {
         const FieldReader<D> reader(name, model_, p_);
+        const auto length = static_cast<std::size_t>(reader.components());
         return add_reals(
-            name, reader.components(), [n = static_cast<std::size_t>(reader.components())](std::size_t k) { return k * n; },
-            [this, reader](std::size_t k, double* out) { reader(order_[k], out); });
+            name, static_cast<std::size_t>(written_.rows().count()) * length, reader.components(),
+            [length](std::size_t) { return length; }, [this, reader](std::size_t k, double* out) { reader(written_[k], out); });
     }
     std::string find_points()
     {
         return add_reals(
-            "Points", 3, [this](std::size_t k) { return 3 * first_point_[k]; },
+            "Points", 3 * points_, 3, [this](std::size_t k) { return 3 * static_cast<std::size_t>(points_of(written_[k])); },
             [this](std::size_t k, double* out) {
                 if (has_domain_)
-                    put_corners(model_, p_, order_[k], out);
+                    put_corners(model_, p_, written_[k], out);
                 else
-                    put_point(place_in_period(model_, p_, order_[k]), out);
+                    put_point(place_in_period(model_, p_, written_[k]), out);
             });
     }
     /// Real numbers of each particle, at most those of the corners of a hexahedron.
-    template <class Begin, class Fill>
-    std::string add_reals(const std::string& name, int components, Begin begin, Fill fill)
+    template <class Length, class Fill>
+    std::string add_reals(const std::string& name, std::size_t numbers, int components, Length length, Fill fill)
     {
-        if (!style_.is_single) return data_.add_runs<double>(name, order_.size(), components, begin, fill);
-        return data_.add_runs<float>(name, order_.size(), components, begin, [begin, fill](std::size_t k, float* out) {
-            std::array<double, 24> numbers{};
-            fill(k, numbers.data());
-            std::copy_n(numbers.begin(), begin(k + 1) - begin(k), out);
-        });
+        if (!style_.is_single) return data_.add_runs<double>(name, written_.rows(), numbers, components, length, fill);
+        return data_.add_runs<float>(name, written_.rows(), numbers, components, length,
+                                     [length, fill](std::size_t k, float* out) {
+                                         std::array<double, 24> of_row{};
+                                         fill(k, of_row.data());
+                                         std::copy_n(of_row.begin(), length(k), out);
+                                     });
     }
     std::string find_cells()
     {
-        cell_count_ = style_.as_points ? 1 : order_.size();
-        return first_point_.back() < std::numeric_limits<std::int32_t>::max() ? find_cells_by<std::int32_t>()
-                                                                              : find_cells_by<std::int64_t>();
+        return points_ < std::numeric_limits<std::int32_t>::max() ? find_cells_by<std::int32_t>() : find_cells_by<std::int64_t>();
     }
+    /// One cell a particle, or one of all points.
     template <class Number>
     std::string find_cells_by()
     {
         constexpr std::uint8_t poly_vertex = 2;
-        const bool is_one                  = style_.as_points;
-        return data_.add<Number>("connectivity", first_point_.back(), 1, [](std::size_t k, Number* out) {
-            *out = static_cast<Number>(k);
-        }) + data_.add<Number>("offsets", cell_count_, 1, [this, is_one](std::size_t k, Number* out) {
-            *out = static_cast<Number>(is_one ? first_point_.back() : first_point_[k + 1]);
-        }) + data_.add<std::uint8_t>("types", cell_count_, 1, [this, is_one](std::size_t k, std::uint8_t* out) {
-            *out = is_one ? poly_vertex : cell_type(p_, order_[k]);
-        });
+        const std::size_t points           = ranks_.index() == 0 ? points_ : 0;
+        std::string r =
+            data_.add<Number>("connectivity", points, 1, [](std::size_t k, Number* out) { *out = static_cast<Number>(k); });
+        if (style_.as_points) {
+            r += data_.add<Number>("offsets", 1, 1, [this](std::size_t, Number* out) { *out = static_cast<Number>(points_); });
+            r += data_.add<std::uint8_t>("types", 1, 1, [](std::size_t, std::uint8_t* out) { *out = poly_vertex; });
+            return r;
+        }
+        r += data_.add_sums<Number>("offsets", written_.rows(),
+                                    [this](std::size_t k, Number* out) { *out = points_of(written_[k]); });
+        r += data_.add<std::uint8_t>("types", written_.rows(), 1,
+                                     [this](std::size_t k, std::uint8_t* out) { *out = cell_type(p_, written_[k]); });
+        return r;
     }
 
     const Model<D>& model_;
     const Particles<D>& p_;
+    Ranks& ranks_;
     FrameStyle style_;
     bool has_domain_ = false;
-    std::vector<int> order_;                      ///< of the particles written
-    std::vector<std::size_t> first_point_ = {0};  ///< of each, and the end
-    std::size_t cell_count_               = 0;
+    NumberedParticles<D> written_;
+    std::size_t points_ = 0;  ///< of all ranks
     Appended data_;
     std::string text_;
 };
@@ -390,7 +480,7 @@ void write_grid(const std::filesystem::path& file, const State<D>& s)
     out.write(fmt::format("<ImageData WholeExtent=\"{}\" Origin=\"{} {} {}\" Spacing=\"{} {} {}\">\n", extent, origin[0],
                           origin[1], origin[2], spacing[0], spacing[1], spacing[2]));
     out.write(fmt::format("<Piece Extent=\"{}\">\n<PointData>\n{}</PointData>\n</Piece>\n</ImageData>\n", extent, arrays));
-    data.write(out);
+    data.write([&](std::string_view bytes) { out.write(bytes); });
     out.commit();
 }
 
@@ -433,7 +523,7 @@ void write_contacts(const std::filesystem::path& file, const Model<D>& model, co
         fmt::format("<UnstructuredGrid>\n<Piece NumberOfPoints=\"{0}\" NumberOfCells=\"{0}\">\n<PointData>\n{1}</PointData>\n"
                     "<Points>\n{2}</Points>\n<Cells>\n{3}</Cells>\n</Piece>\n</UnstructuredGrid>\n",
                     n, arrays, points, cells));
-    data.write(out);
+    data.write([&](std::string_view bytes) { out.write(bytes); });
     out.commit();
 }
 

@@ -20,7 +20,7 @@ struct FrameStyle {
 };
 
 /// Writes the particles in the order of their ids. Domains are drawn as cells with cell data (lines, quads, hexahedra);
-/// points as vertices with point data.
+/// points as vertices with point data. All ranks call this, the first writes.
 template <int D>
 void write_particles(const std::filesystem::path& file, const Model<D>& model, const State<D>& s, const FrameStyle& style);
 

@@ -281,7 +281,7 @@ void Writer<D>::row(State<D>& s)
         return std::any_of(probes_.begin(), probes_.end(),
                            [&](const Probe& one) { return one.particle < 0 && is_sampled(s, one.point, nodes); });
     };
-    const Gathered<D> gathered(model_, s, false, is_near_one);
+    const Gathered<D> gathered(s, is_near_one);
     for (Probe& probe : probes_) {
         if (probe.particle >= 0 || !is_first()) continue;
         const GridSample<D> g = sample_grid(s, probe.point);
@@ -311,10 +311,12 @@ void Writer<D>::frame(State<D>& s)
     if (written_.frame_step == s.n) return;
     const std::size_t number = written_.frames.size();
     const bool has_grid      = input_.output.grid && s.n > 0;
+    std::filesystem::path file;
+    on_first(ranks_, [&] { file = directory_.file(frame_file("particles", number)); });
+    write_particles(file, model_, s, style_of(input_.output));
     {
-        const Gathered<D> gathered(model_, s, true, [=](const IndexBox<D>&) { return has_grid; });
+        const Gathered<D> gathered(s, [=](const IndexBox<D>&) { return has_grid; });
         on_first(ranks_, [&] {
-            write_particles(directory_.file(frame_file("particles", number)), model_, s, style_of(input_.output));
             if (has_grid) write_grid(directory_.file(frame_file("grid", number)), s);
             if (!model_.contacts.empty()) write_contacts(directory_.file(frame_file("contact", number)), model_, s);
         });

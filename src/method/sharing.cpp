@@ -158,10 +158,15 @@ TileOwners migrate(const Model<D>& model, State<D>& s, const Tiles<D>& tiles, co
     const FieldGroups groups           = field_groups(model);
     const std::vector<OldPlace> places = places_of(p, s.field.tiles);
     std::vector<Bytes> out(static_cast<std::size_t>(ranks.count()));
+    std::vector<std::size_t> counts(out.size(), 0);
     std::vector<int> to(static_cast<std::size_t>(p.count));
+    for (std::size_t k = 0; k < to.size(); ++k) {
+        to[k] = k > 0 && tile[k] == tile[k - 1] ? to[k - 1] : owners.rank_of(tile[k]);
+        if (to[k] != ranks.index()) ++counts[static_cast<std::size_t>(to[k])];
+    }
+    for (std::size_t r = 0; r < out.size(); ++r) out[r].reserve(counts[r] * packed_size(p, groups));
     for (int i = 0; i < p.count; ++i) {
         const auto k = static_cast<std::size_t>(i);
-        to[k]        = k > 0 && tile[k] == tile[k - 1] ? to[k - 1] : owners.rank_of(tile[k]);
         if (to[k] != ranks.index()) pack(p, groups, i, places[k], out[static_cast<std::size_t>(to[k])]);
     }
     merge(
@@ -232,66 +237,6 @@ Tiles<D> gathered_tiles(const State<D>& s, const std::vector<Piece>& pieces)
     return tiles;
 }
 
-/// A corner, and where it is.
-template <int D>
-struct Corner {
-    int number;
-    Vec<D> x, v;
-};
-
-template <int D>
-std::vector<Corner<D>> own_corners(const Particles<D>& p)
-{
-    std::vector<bool> is_own(p.corner.size(), false);
-    for (const CornerIds<D>& cell : p.cell)
-        for (int c = 0; c < cell.count(); ++c) is_own[static_cast<std::size_t>(cell[c])] = true;
-    std::vector<Corner<D>> r;
-    for (std::size_t c = 0; c < is_own.size(); ++c)
-        if (is_own[c])
-            r.push_back({static_cast<int>(c), p.corner[c], p.corner_velocity.empty() ? Vec<D>{} : p.corner_velocity[c]});
-    return r;
-}
-
-/// Those of all ranks on the first, none on others. Fields travel as they are, one after the other.
-template <int D>
-Particles<D> gathered_particles(const Model<D>& model, State<D>& s, const std::vector<Piece>& pieces)
-{
-    Ranks& ranks             = *s.ranks;
-    Particles<D>& p          = s.particles;
-    const FieldGroups groups = field_groups(model);
-    std::vector<Bytes> out(static_cast<std::size_t>(ranks.count()));
-    p.for_each_field_of(groups,
-                        [&]<class T>(const Array<T>& field) { put_all(out[0], std::span<const T>(field.data(), field.size())); });
-    const std::vector<Bytes> all = ranks.exchange(std::move(out));
-    const auto corners           = gather_all(ranks, own_corners(p));
-    if (ranks.index() != 0) return {};
-
-    std::int64_t count = 0;
-    for (const Piece& one : pieces) count += one.count;
-    Particles<D> r(static_cast<int>(count), groups);
-    std::vector<std::int64_t> of_rank(all.size(), 0);
-    for (const Piece& one : pieces) of_rank[static_cast<std::size_t>(one.rank)] += one.count;
-    std::vector<std::size_t> offset(all.size(), 0);  // of the field among the bytes of each rank
-    r.for_each_field_of(groups, [&]<class T>(Array<T>& field) {
-        auto* to = reinterpret_cast<unsigned char*>(field.data());
-        for (const Piece& one : pieces) {
-            const auto rank        = static_cast<std::size_t>(one.rank);
-            const std::size_t size = static_cast<std::size_t>(one.count) * sizeof(T);
-            std::memcpy(to, all[rank].data() + offset[rank] + static_cast<std::size_t>(one.begin) * sizeof(T), size);
-            to += size;
-        }
-        for (std::size_t rank = 0; rank < all.size(); ++rank) offset[rank] += static_cast<std::size_t>(of_rank[rank]) * sizeof(T);
-    });
-    copy(r.corner, p.corner);
-    copy(r.corner_velocity, p.corner_velocity);
-    for (const std::vector<Corner<D>>& some : corners)
-        for (const Corner<D>& one : some) {
-            r.corner[static_cast<std::size_t>(one.number)] = one.x;
-            if (!r.corner_velocity.empty()) r.corner_velocity[static_cast<std::size_t>(one.number)] = one.v;
-        }
-    return r;
-}
-
 /// Puts the nodes of other ranks in their places on the first, where nothing else reads them.
 template <int D>
 void gather_nodes(State<D>& s, const std::function<bool(const IndexBox<D>&)>& is_wanted)
@@ -322,30 +267,47 @@ void gather_nodes(State<D>& s, const std::function<bool(const IndexBox<D>&)>& is
 }  // namespace
 
 template <int D>
-Gathered<D>::Gathered(const Model<D>& model, State<D>& s, bool with_particles,
-                      const std::function<bool(const IndexBox<D>&)>& is_wanted)
-    : s_(s), has_particles_(with_particles)
+JoinedRows joined_particles(const State<D>& s)
+{
+    if (s.ranks->is_alone()) return JoinedRows(s.particles.count);
+    std::vector<std::int64_t> places;
+    std::int64_t count = 0;
+    for (const Piece& one : all_tiles(s)) {
+        for (std::int64_t k = 0; one.rank == s.ranks->index() && k < one.count; ++k) places.push_back(count + k);
+        count += one.count;
+    }
+    return {*s.ranks, std::move(places), count};
+}
+
+template <int D>
+JoinedRows joined_corners(const State<D>& s)
+{
+    const Particles<D>& p = s.particles;
+    const auto count      = static_cast<std::int64_t>(p.corner.size());
+    if (s.ranks->is_alone()) return JoinedRows(count);
+    std::vector<bool> is_own(p.corner.size(), false);
+    for (const CornerIds<D>& cell : p.cell)
+        for (int c = 0; c < cell.count(); ++c) is_own[static_cast<std::size_t>(cell[c])] = true;
+    std::vector<std::int64_t> places;
+    for (std::size_t c = 0; c < is_own.size(); ++c)
+        if (is_own[c]) places.push_back(static_cast<std::int64_t>(c));
+    return {*s.ranks, std::move(places), count};
+}
+
+template <int D>
+Gathered<D>::Gathered(State<D>& s, const std::function<bool(const IndexBox<D>&)>& is_wanted) : s_(s)
 {
     if (s.ranks->is_alone()) return;
-    const std::vector<Piece> pieces = all_tiles(s);
-    tiles_                          = gathered_tiles(s, pieces);
-    if (with_particles) particles_ = gathered_particles(model, s, pieces);
+    tiles_ = gathered_tiles(s, all_tiles(s));
     if (is_wanted) gather_nodes(s, is_wanted);
-    if (s.ranks->index() == 0) swap();
+    is_swapped_ = s.ranks->index() == 0;
+    if (is_swapped_) std::swap(s_.field.tiles, tiles_);
 }
 
 template <int D>
 Gathered<D>::~Gathered()
 {
-    if (is_swapped_) swap();
-}
-
-template <int D>
-void Gathered<D>::swap()
-{
-    if (has_particles_) std::swap(s_.particles, particles_);
-    std::swap(s_.field.tiles, tiles_);
-    is_swapped_ = !is_swapped_;
+    if (is_swapped_) std::swap(s_.field.tiles, tiles_);
 }
 
 #define ORDO_SHARING(D)                                                                                                 \
@@ -354,6 +316,8 @@ void Gathered<D>::swap()
     template void distribute(const Model<D>&, State<D>&, Ranks&);                                                       \
     template TileOwners migrate(const Model<D>&, State<D>&, const Tiles<D>&, const std::function<std::uint64_t(int)>&); \
     template void join_rims(Ranks&, const MethodSpec&, const Lattice<D>&, const TileOwners&, Tiles<D>&);                \
+    template JoinedRows joined_particles(const State<D>&);                                                              \
+    template JoinedRows joined_corners(const State<D>&);                                                                \
     template class Gathered<D>;
 ORDO_SHARING(1)
 ORDO_SHARING(2)

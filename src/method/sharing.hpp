@@ -1,6 +1,7 @@
 // The part of a state that one rank has: the particles of its tiles, and the blocks of nodes that these write to.
 #pragma once
 
+#include "base/joined_rows.hpp"
 #include "grid/rim_plan.hpp"
 #include "method/state.hpp"
 
@@ -32,25 +33,26 @@ TileOwners migrate(const Model<D>& model, State<D>& s, const Tiles<D>& tiles, co
 template <int D>
 void join_rims(Ranks& ranks, const MethodSpec& method, const Lattice<D>& lattice, const TileOwners& owners, Tiles<D>& tiles);
 
-/// While it lives, rank 0 has the tiles of all ranks in its state and, as asked for, all particles in the order of a single process and
-/// the nodes of blocks. For files.
+/// The particles of all ranks in the order of one process, and the corners of their cells.
+template <int D>
+JoinedRows joined_particles(const State<D>& s);
+template <int D>
+JoinedRows joined_corners(const State<D>& s);
+
+/// While it lives, rank 0 has the tiles of all ranks in its state and the nodes of blocks, where nothing else reads them. For files.
 template <int D>
 class Gathered {
   public:
     /// @param is_wanted says whether a block with these nodes is wanted; null: none is
-    Gathered(const Model<D>& model, State<D>& s, bool with_particles,
-             const std::function<bool(const IndexBox<D>&)>& is_wanted = {});
+    explicit Gathered(State<D>& s, const std::function<bool(const IndexBox<D>&)>& is_wanted = {});
     ~Gathered();
     Gathered(const Gathered&)            = delete;
     Gathered& operator=(const Gathered&) = delete;
 
   private:
-    void swap();
-
     State<D>& s_;
-    bool is_swapped_ = false, has_particles_ = false;
-    Particles<D> particles_;  ///< the others: of this rank once they are swapped
-    Tiles<D> tiles_;
+    bool is_swapped_ = false;
+    Tiles<D> tiles_;  ///< the others: of this rank once they are swapped
 };
 
 }  // namespace ordo

@@ -147,15 +147,21 @@ struct Particles {
         for_each_named_field([&](const char*, auto& field) { visit(field); });
     }
 
-    /// visit(field) for each field that these groups have, also where there are no particles.
+    /// visit(name, field) for each field that these groups have, also where there are no particles.
+    template <class Visit>
+    void for_each_named_field_of(const FieldGroups& groups, Visit&& visit)
+    {
+#define ORDO_FIELD(type, name, group) \
+    if (groups.group) visit(#name, name);
+        ORDO_PARTICLE_FIELDS(ORDO_FIELD)
+#undef ORDO_FIELD
+        for (std::size_t k = 0; k < history.size(); ++k) visit(("history." + history_names[k]).c_str(), history[k]);
+    }
+    /// visit(field) for the same.
     template <class Visit>
     void for_each_field_of(const FieldGroups& groups, Visit&& visit)
     {
-#define ORDO_FIELD(type, name, group) \
-    if (groups.group) visit(name);
-        ORDO_PARTICLE_FIELDS(ORDO_FIELD)
-#undef ORDO_FIELD
-        for (Array<double>& column : history) visit(column);
+        for_each_named_field_of(groups, [&](const char*, auto& field) { visit(field); });
     }
 
     /// The number of the history column of this name; -1 if there is none.

@@ -20,6 +20,23 @@ struct OldPlace {
     auto operator<=>(const OldPlace&) const = default;  // NOLINT(modernize-use-nullptr): a false alarm of clang-tidy 14
 };
 
+/// How many bytes the fields of a particle have.
+template <int D>
+std::size_t size_of_fields(Particles<D>& p, const FieldGroups& groups)
+{
+    std::size_t size = 0;
+    p.for_each_field_of(groups, [&](const auto& field) { size += sizeof(field[0]); });
+    return size;
+}
+
+/// How many bytes `pack` appends, at most.
+template <int D>
+std::size_t packed_size(Particles<D>& p, const FieldGroups& groups)
+{
+    const std::size_t of_corner = sizeof(Vec<D>) * (p.corner_velocity.empty() ? 1 : 2);
+    return sizeof(OldPlace) + size_of_fields(p, groups) + (groups.cells ? of_corner << D : 0);
+}
+
 /// Appends particle i with its place: its fields and, under their numbers, the corners of its cell.
 template <int D>
 void pack(Particles<D>& p, const FieldGroups& groups, int i, const OldPlace& place, Bytes& to)
@@ -50,14 +67,13 @@ void merge(Particles<D>& p, const FieldGroups& groups, const std::vector<OldPlac
         if (!goes(i)) all.push_back({places[static_cast<std::size_t>(i)], i, nullptr});
     const auto kept = static_cast<std::ptrdiff_t>(all.size());
 
-    std::size_t size_of_fields = 0;
-    p.for_each_field_of(groups, [&](const auto& field) { size_of_fields += sizeof(field[0]); });
+    const std::size_t size = size_of_fields(p, groups);
     for (const Bytes& from : bytes)
         for (const unsigned char* at = from.data(); at != from.data() + from.size();) {
             Entry one{{}, -1, at + sizeof(OldPlace)};
             std::memcpy(&one.place, at, sizeof(OldPlace));
             all.push_back(one);
-            at = one.bytes + size_of_fields;
+            at = one.bytes + size;
             if (!groups.cells) continue;
             CornerIds<D> cell;
             std::size_t offset = 0;

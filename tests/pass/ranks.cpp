@@ -25,16 +25,22 @@ using test::Division;
 
 /// FNV-1a of all particles and corners, in the order of a single process.
 template <int D>
-std::uint64_t hash(State<D>& s)
+std::uint64_t hash(const Model<D>& model, State<D>& s)
 {
     std::uint64_t r = 14695981039346656037ull;
-    auto add        = [&](const auto& field) {
-        const auto* bytes = reinterpret_cast<const unsigned char*>(field.data());
-        for (std::size_t k = 0; k < field.size() * sizeof(field[0]); ++k) r = (r ^ bytes[k]) * 1099511628211ull;
+    auto add        = [&]<class T>(const JoinedRows& rows, const Array<T>& field, const auto& row_of) {
+        rows.for_each_block<unsigned char>(
+            [](std::size_t) { return sizeof(T); },
+            [&](std::size_t k, unsigned char* out) { std::memcpy(out, &field[row_of(k)], sizeof(T)); },
+            [&](std::span<const unsigned char> bytes) {
+                for (const unsigned char one : bytes) r = (r ^ one) * 1099511628211ull;
+            });
     };
-    s.particles.for_each_field(add);
-    add(s.particles.corner);
-    add(s.particles.corner_velocity);
+    const JoinedRows particles = joined_particles(s), corners = joined_corners(s);
+    s.particles.for_each_field_of(field_groups(model),
+                                  [&](const auto& field) { add(particles, field, [](std::size_t k) { return k; }); });
+    for (const Array<Vec<D>>* field : {&s.particles.corner, &s.particles.corner_velocity})
+        if (!field->empty()) add(corners, *field, [&](std::size_t k) { return static_cast<std::size_t>(corners.place(k)); });
     return r;
 }
 
@@ -82,10 +88,10 @@ Seen look(const Model<D>& model, State<D>& s)
                          static_cast<double>(s.contacts.points.size()),
                          s.contacts.obstacles.empty() ? 0.0 : s.contacts.obstacles[0].velocity[0]};
     Seen r;
-    r.numbers = fmt::format("{}", fmt::join(all, " "));
-    const Gathered<D> gathered(model, s, true);
-    r.particles = hash(s);
-    r.tiles     = s.field.tiles.record();
+    r.numbers   = fmt::format("{}", fmt::join(all, " "));
+    r.particles = hash(model, s);
+    const Gathered<D> gathered(s);
+    r.tiles = s.field.tiles.record();
     return r;
 }
 

@@ -1,5 +1,6 @@
 // Ranks: who gets which tiles, which records they hand on, and how particles travel. Against plain loops over everything.
 #include "base/agree.hpp"
+#include "base/joined_rows.hpp"
 #include "grid/halo.hpp"
 #include "grid/hilbert.hpp"
 #include "grid/rim_plan.hpp"
@@ -135,7 +136,7 @@ struct Writing {
         const int field           = tiles.field_of_tile(tile);
         const std::ptrdiff_t base = tiles.first_node(field);
         reached_by(tile).for_each([&](const Index<D>& at) {
-            const std::uint64_t node = static_cast<std::uint64_t>(lattice.offset(at));
+            const auto node = static_cast<std::uint64_t>(lattice.offset(at));
             if (!tiles.is_active(at, field) || (node * 2654435761u + tile * 40503u + static_cast<std::uint64_t>(pass)) % 3 == 0)
                 return;
             for (int q = 0; q < size; ++q) {
@@ -348,6 +349,41 @@ TEST(Travel, KeepsTheOrderOfOneProcess)
                 }
             });
         }
+}
+
+/// Rows of 0 to 4 numbers, each on a rank at random, some on two: more than a block of each rank.
+TEST(JoinedRows, AreThoseOfOneProcess)
+{
+    constexpr std::size_t count = 120000;
+    auto length                 = [](std::size_t row) { return row * 7 % 5; };
+    auto number = [](std::size_t row, std::size_t k) { return 0.5 * static_cast<double>(row) + static_cast<double>(k); };
+    std::vector<double> expected;
+    for (std::size_t row = 0; row < count; ++row)
+        for (std::size_t k = 0; k < length(row); ++k) expected.push_back(number(row, k));
+    for (const int size : {1, 2, 5}) {
+        SCOPED_TRACE(size);
+        test::on_ranks(size, test::Division::parts, [&](Ranks& ranks) {
+            std::vector<std::int64_t> places;
+            for (std::size_t row = 0; row < count; ++row) {
+                const int owner = static_cast<int>(row * 0x9e3779b97f4a7c15ull >> 40) % size;
+                if (owner == ranks.index() || (row % 11 == 0 && (owner + 1) % size == ranks.index()))
+                    places.push_back(static_cast<std::int64_t>(row));
+            }
+            const JoinedRows rows(ranks, places, count);
+            auto row_of = [&](std::size_t k) { return static_cast<std::size_t>(rows.place(k)); };
+            std::vector<double> numbers;
+            std::size_t blocks = 0;
+            rows.for_each_block<double>([&](std::size_t k) { return length(row_of(k)); },
+                                        [&](std::size_t k, double* out) {
+                                            for (std::size_t n = 0; n < length(row_of(k)); ++n) out[n] = number(row_of(k), n);
+                                        },
+                                        [&](std::span<const double> block) {
+                                            ++blocks;
+                                            numbers.insert(numbers.end(), block.begin(), block.end());
+                                        });
+            EXPECT_TRUE(ranks.index() == 0 ? blocks > 1 && numbers == expected : blocks == 0);
+        });
+    }
 }
 
 }  // namespace
