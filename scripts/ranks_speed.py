@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
-"""Times runs on ranks against runs in one process: a block of material in 3D that flies through the grid.
+"""Times runs on ranks against runs in one process: a block or a ball in 3D that flies through the grid.
 
-    scripts/ranks_speed.py build/release/ordo [--particles 100000] [--steps 20] [--turns 5] [--methods mpm,cpdi1]
+    scripts/ranks_speed.py build/release/ordo [OTHER_ORDO ...] [--shape box] [--particles 100000] [--steps 20] [--turns 5] [--methods mpm,cpdi1]
 
-Runs take turns, so that a busy machine slows all alike. Prints the median seconds of the steps and of the two frames, without set-up and start of MPI,
+Runs, also those of other programs, take turns, so that a busy machine slows all alike. Prints the median seconds of the steps and of the two frames, without set-up and start of MPI,
 and ratios of speeds. With one rank ordo starts no MPI. It must have been built with -DORDO_RANKS=ON. Exit code 1 if a run fails.
 """
 
 import argparse
+import math
 import os
 import pathlib
 import re
@@ -33,15 +34,18 @@ young = 1.0
 poisson = 0.3
 [[body]]
 material = "soft"
-shape = "box"
-lower = 4.0
-upper = {upper}
+{shape}
 velocity = ["0.5 + 0.02*sin(y)", "0.3", "0.2"]
 [output]
 interval = {end}
 history_interval = 1000000
 fields = []
 """
+RATIO = (3 / (4 * math.pi)) ** (1 / 3)
+SHAPES = {  # as large as a box of `cells` cells a side
+    "box": lambda cells: f'shape = "box"\nlower = 4.0\nupper = {cells + 4.0}',
+    "ball": lambda cells: f'shape = "ball"\ncenter = {RATIO * cells + 4.0}\nradius = {RATIO * cells}',
+}
 WAYS = {  # processes (0: without mpiexec) and threads of each
     "one process": (0, 1),
     "1 rank": (1, 1),
@@ -69,7 +73,8 @@ def seconds(ordo, case, processes, threads, folder):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("ordo", type=pathlib.Path)
+    parser.add_argument("ordo", type=pathlib.Path, nargs="+")
+    parser.add_argument("--shape", choices=SHAPES, default="box")
     parser.add_argument("--particles", type=int, default=100_000)
     parser.add_argument("--steps", type=int, default=20)
     parser.add_argument("--turns", type=int, default=5)
@@ -81,15 +86,18 @@ def main():
         for method in given.methods.split(","):
             case = pathlib.Path(folder) / f"{method}.toml"
             end = dt * given.steps
-            case.write_text(CASE.format(method=method, size=cells + 8 + int(end), upper=cells + 4.0, dt=dt, end=end))
-            times = {way: [] for way in WAYS}
+            size = math.ceil(1.25 * cells) + 8 + int(end)
+            case.write_text(CASE.format(method=method, size=size, shape=SHAPES[given.shape](cells), dt=dt, end=end))
+            times = {(ordo, way): [] for ordo in given.ordo for way in WAYS}
             for _ in range(given.turns):
-                for way, (processes, threads) in WAYS.items():
-                    times[way].append(seconds(given.ordo.resolve(), case, processes, threads, folder))
-            medians = {way: statistics.median(t) for way, t in times.items()}
-            print(f"{method}, {8 * cells**3} particles, {given.steps} steps: " + ", ".join(f"{way} {t:.2f} s" for way, t in medians.items()))
-            print(f"  speed of 1 rank over one process: {medians['one process'] / medians['1 rank']:.3f}")
-            print(f"  speed of 2 ranks over 2 threads: {medians['2 threads'] / medians['2 ranks']:.3f}")
+                for ordo, way in times:
+                    times[ordo, way].append(seconds(ordo.resolve(), case, *WAYS[way], folder))
+            for ordo in given.ordo:
+                medians = {way: statistics.median(times[ordo, way]) for way in WAYS}
+                print(f"{ordo}: {method}, {given.shape} of {8 * cells**3} particles, {given.steps} steps: ", end="")
+                print(", ".join(f"{way} {t:.2f} s" for way, t in medians.items()))
+                print(f"  speed of 1 rank over one process: {medians['one process'] / medians['1 rank']:.3f}")
+                print(f"  speed of 2 ranks over 2 threads: {medians['2 threads'] / medians['2 ranks']:.3f}")
 
 
 if __name__ == "__main__":

@@ -71,7 +71,7 @@ StartRanks* starter()
         reason.empty()
             ? fmt::format(
                   "{}, but this ordo was built without ranks: build with -DORDO_RANKS=ON "
-                  "(package petsc-dev), or start it without mpiexec or srun, with --threads for more cores; if each process "
+                  "(packages libopenmpi-dev openmpi-bin), or start it without mpiexec or srun, with --threads for more cores; if each process "
                   "has a case of its own, unset {}",
                   started(), launcher()->of_count)
             : fmt::format("{} cannot be loaded: {}; install the packages that it was built with", kLibrary, reason));

@@ -8,7 +8,7 @@
 
 namespace ordo::app {
 
-/// What the library of ranks has, see ranks/petsc.cpp.
+/// What the library of ranks has, see ranks/mpi.cpp.
 using StartRanks = Ranks*();
 
 /// Which of the processes that a launcher has started this is; the only one without a launcher.

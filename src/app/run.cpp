@@ -128,16 +128,16 @@ Simulation<D> simulation_of(const io::CaseInput& input, setup::Built<D> built, R
         std::move(built), input.watch_spec, [](const std::string& found) { io::say("ordo: warning: {}\n", found); }, ranks);
 }
 
-/// Builds a case and starts the ranks of `launch`. Each of them makes a share of the particles; of a case that a checkpoint continues, all.
+/// Builds a case and starts the ranks of `launch`. Each of them makes a share of the particles.
 template <int D>
 setup::Built<D> build_and_start(const io::CaseInput& input, const RunOptions& options, Launch& launch)
 {
-    const setup::Share share = options.restart ? setup::Share{} : launched_share();
+    const setup::Share share = launched_share();
     std::optional<setup::Built<D>> built;
     std::exception_ptr failure;  // perhaps on some ranks only, which cannot tell the others yet
     try {
         built.emplace(io::build<D>(input, setup::kMostParticles, share));
-        if (launched_share().count > 1) require_shareable(built->model);
+        if (share.count > 1) require_shareable(built->model);
     } catch (const InputError&) {
         failure = std::current_exception();
     }
@@ -198,20 +198,17 @@ int run_case(const io::CaseInput& input, const RunOptions& options, Launch& laun
     io::require_usable(input.output, earlier);
     setup::Built<D> built = build_and_start<D>(input, options, launch);
     Ranks& ranks          = launch.ranks();
-    Simulation<D> sim     = simulation_of(input, std::move(built), options.restart ? alone() : ranks);
+    Simulation<D> sim     = simulation_of(input, std::move(built), ranks);
     std::optional<io::RunDirectory> directory;
     std::optional<io::Checkpoints<D>> checkpoints;
     std::optional<io::Written> restart;
     agree(ranks, [&] { directory.emplace(input.output, earlier, ranks.index() == 0); });
-    agree(ranks, [&] {
-        checkpoints.emplace(input, sim.model(), *directory);
-        if (options.restart) restart = checkpoints->read(*options.restart, sim);
-    });
+    agree(ranks, [&] { checkpoints.emplace(input, sim.model(), *directory); });
+    if (options.restart) restart = checkpoints->read(*options.restart, sim);
     if (sim.is_complete()) {
         if (!options.quiet) io::say("nothing is left to do: the checkpoint is at t = {:.6g} s\n", sim.state().t);
         return 0;
     }
-    if (restart) distribute(sim.model(), sim.state(), ranks);
     io::Writer<D> writer             = files_of(input, sim, *directory, ranks, restart, options.quiet);
     sim.state().projection.is_wanted = true;
 
@@ -286,7 +283,8 @@ int check_case(const io::CaseInput& input)
 
 int run(const RunOptions& options)
 {
-    Launch launch;
+    // The ranks end with the program: when one of them has, a launcher kills the others, and main has to say why first.
+    static Launch launch;
     try {
         const io::CaseInput input = read(options);
         return with_dim(input.grid.dim, [&]<int D>() { return run_case<D>(input, options, launch); });

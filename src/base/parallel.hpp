@@ -33,6 +33,18 @@ void parallel_for(std::ptrdiff_t n, F&& f, [[maybe_unused]] bool worth = true)
     for (std::ptrdiff_t k = 0; k < n; ++k) f(k);
 }
 
+/// f(thread, number of threads) by all threads at once, for work that one hands to another; thread 0 is the one that calls. `worth` as above.
+template <class F>
+void parallel_team(F&& f, [[maybe_unused]] bool worth = true)
+{
+#if defined(ORDO_OPENMP)
+#pragma omp parallel if (worth)
+    f(omp_get_thread_num(), omp_get_num_threads());
+#else
+    f(0, 1);
+#endif
+}
+
 /// Elements per piece of a reduction: fixed, so that the order of a sum does not depend on the threads.
 inline constexpr std::ptrdiff_t kPiece = 2048;
 

@@ -17,19 +17,10 @@ namespace ordo {
 
 using Bytes = std::vector<unsigned char>;
 
-/// Records of nodes that go to another rank or come from it, in the order of the list.
+/// Records of nodes that go to another rank or come from it, in the order of the list. Messages from one rank to another differ in `tag`.
 struct RankMessage {
-    int rank = 0;
+    int rank = 0, tag = 0;
     std::vector<std::ptrdiff_t> nodes;
-
-    bool operator==(const RankMessage&) const = default;
-};
-
-/// What a rank sends and receives in one round, by rank in ascending order.
-struct RankRound {
-    std::vector<RankMessage> out, in;
-
-    bool operator==(const RankRound&) const = default;
 };
 
 /// Records of `size` Lanes a node.
@@ -60,14 +51,21 @@ inline const Lanes* copy_node(std::span<const NodeRecords> records, std::ptrdiff
     return from;
 }
 
-/// Hands records of nodes from rank to rank in numbered rounds; see grid/rim_plan.hpp. Values are copied, never added. All ranks call
-/// send and receive of each round, in the same order.
+/// Hands records of nodes from rank to rank, as grid/rim_plan.hpp says. Values are copied, never added. Ranks begin and end the same scatters in
+/// the same order; in a scatter each message is sent once.
 class Relay {
   public:
-    virtual ~Relay()                                                   = default;
-    virtual void send(int round, std::span<const NodeRecords> records) = 0;
-    /// Waits for the records of a round and puts them in their places.
-    virtual void receive(int round, std::span<const NodeRecords> records) = 0;
+    virtual ~Relay() = default;
+
+    /// Messages of this scatter may come from now on.
+    virtual void begin(std::span<const NodeRecords> records) = 0;
+    /// Sends what the records of message k of those that go out hold now.
+    virtual void send(std::size_t k, std::span<const NodeRecords> records) = 0;
+    /// Puts the records of messages that have come in their places, and returns their numbers among those that come in. Waits for one if
+    /// there is none and `is_idle`.
+    virtual std::vector<std::size_t> receive(bool is_idle, std::span<const NodeRecords> records) = 0;
+    /// All messages have been sent and received.
+    virtual void end() = 0;
 };
 
 /// The processes of a run, as one of them sees them. All of them call each function, in the same order; `divide` alone
@@ -87,30 +85,39 @@ class Ranks {
     /// `bytes` becomes what rank `from` has.
     virtual void share(Bytes& bytes, int from) = 0;
     /// Sends out[r] to rank r. Returns what each rank sent here.
-    virtual std::vector<Bytes> exchange(std::vector<Bytes> out)         = 0;
-    virtual std::unique_ptr<Relay> relay(std::vector<RankRound> rounds) = 0;
+    virtual std::vector<Bytes> exchange(std::vector<Bytes> out) = 0;
+    /// For messages that each other rank knows too, as the other side of it.
+    virtual std::unique_ptr<Relay> relay(std::vector<RankMessage> out, std::vector<RankMessage> in) = 0;
     /// Ends all ranks at once, where one of them cannot go on and the others would wait for it.
     virtual void abort() {}
 
-    /// The rank of each piece of work, for pieces along a curve: equal parts of all weight, one after the other.
-    virtual std::vector<int> divide(std::span<const std::int64_t> weights) const;
+    /// The rank of each piece of work, for pieces along a curve: equal parts of all weight, one after the other. `before`, if not empty, is a
+    /// division that stays if its heaviest part has at most a twentieth more than the mean.
+    virtual std::vector<int> divide(std::span<const std::int64_t> weights, std::span<const int> before) const;
 };
 
 /// One process that has everything.
 Ranks& alone();
 
-inline std::vector<int> Ranks::divide(std::span<const std::int64_t> weights) const
+inline std::vector<int> Ranks::divide(std::span<const std::int64_t> weights, std::span<const int> before) const
 {
-    std::int64_t all = 0, before = 0;
+    constexpr double tolerated = 1.05;
+    std::int64_t all = 0, sum = 0;
     for (const std::int64_t w : weights) all += w;
+    if (!before.empty()) {
+        std::vector<std::int64_t> parts(static_cast<std::size_t>(count()), 0);
+        for (std::size_t k = 0; k < weights.size(); ++k) parts[static_cast<std::size_t>(before[k])] += weights[k];
+        const auto heaviest = static_cast<double>(*std::max_element(parts.begin(), parts.end()));
+        if (heaviest * count() <= tolerated * static_cast<double>(all)) return {before.begin(), before.end()};
+    }
     std::vector<int> to;
     to.reserve(weights.size());
     for (const std::int64_t w : weights) {
         // The middle of the piece decides: it falls in one of `count` equal parts.
-        const double middle = static_cast<double>(before) + 0.5 * static_cast<double>(w);
+        const double middle = static_cast<double>(sum) + 0.5 * static_cast<double>(w);
         const int part      = all > 0 ? static_cast<int>(middle * count() / static_cast<double>(all)) : 0;
         to.push_back(part < count() ? part : count() - 1);
-        before += w;
+        sum += w;
     }
     return to;
 }
@@ -125,7 +132,7 @@ class Alone final : public Ranks {
     void add(std::span<std::int64_t>) override {}
     void share(Bytes&, int) override {}
     std::vector<Bytes> exchange(std::vector<Bytes> out) override { return out; }
-    std::unique_ptr<Relay> relay(std::vector<RankRound>) override { return nullptr; }
+    std::unique_ptr<Relay> relay(std::vector<RankMessage>, std::vector<RankMessage>) override { return nullptr; }
 };
 
 }  // namespace detail

@@ -3,7 +3,9 @@
 
 #include "base/index.hpp"
 
+#include <algorithm>
 #include <cstdint>
+#include <vector>
 
 namespace ordo {
 
@@ -45,5 +47,17 @@ int bits_of(const Index<D>& counts)
         while ((counts[a] - 1) >> bits != 0) ++bits;
     return bits;
 }
+
+/// Where on the curve the part of each rank begins, for tiles of this width on a curve of so many bits.
+struct CurveCuts {
+    int width = 0, bits = 0;
+    std::vector<std::uint64_t> first{};
+
+    /// The rank of a place.
+    int rank_of(std::uint64_t place) const
+    {
+        return std::max(static_cast<int>(std::upper_bound(first.begin(), first.end(), place) - first.begin()) - 1, 0);
+    }
+};
 
 }  // namespace ordo

@@ -1,4 +1,4 @@
-// Which records of nodes ranks hand on in a scatter, and when.
+// Which records of nodes ranks hand on in a scatter, and what waits for them.
 //
 // The value of a node is a sum that begins at 0 and takes tiles by colour. Where the next tile that may write to the node belongs to
 // another rank, the record goes there: before the colour of that tile, so the sum is the one that a single process finds, bit by bit.
@@ -10,8 +10,8 @@
 #include "grid/tiles.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -139,11 +139,13 @@ std::vector<std::vector<std::uint64_t>> blocks_to_tell(const Tiles<D>& tiles, co
     return r;
 }
 
-/// What a rank does with the blocks that others hold too.
+/// What a rank does with the blocks that others hold too. The tag of a message is the colour of the tiles that add to its records next, or
+/// the number of colours if they are sums.
 struct RimPlan {
-    std::vector<RankRound> rounds;       ///< [c]: before colour c; the last are the sums
-    std::vector<bool> is_rim;            ///< by tile of this rank: it writes to records that are handed on
-    std::vector<bool> counts_elsewhere;  ///< by block: sums over nodes count it on the rank of its first writer
+    std::vector<RankMessage> out, in;
+    std::vector<std::vector<int>> out_tiles;  ///< [message]: tiles of this rank that write to its records before it goes
+    std::vector<std::vector<int>> in_tiles;   ///< [message]: those that add to them when it has come
+    std::vector<bool> counts_elsewhere;       ///< by block: sums over nodes count it on the rank of its first writer
 };
 
 /// The plan of rank `index`, whose tiles these are with all blocks that it holds.
@@ -152,20 +154,21 @@ RimPlan plan_rims(const Tiles<D>& tiles, const Lattice<D>& lattice, const BlockH
 {
     constexpr int last  = Tiles<D>::colour_count;
     const auto& numbers = tiles.tile_numbers();
+    auto local          = [&](const TileWriter<D>& one) {
+        return static_cast<int>(std::lower_bound(numbers.begin(), numbers.end(), one.tile) - numbers.begin());
+    };
+    struct Message {
+        std::vector<std::ptrdiff_t> nodes;
+        std::vector<int> tiles;
+    };
+    std::map<std::pair<int, int>, Message> out, in;  // by rank and tag
+    auto add = [&](Message& to, std::ptrdiff_t node, const TileWriter<D>* writer) {
+        to.nodes.push_back(node);
+        if (!writer) return;
+        if (const int tile = local(*writer); to.tiles.empty() || to.tiles.back() != tile) to.tiles.push_back(tile);
+    };
     RimPlan plan;
-    plan.rounds.resize(last + 1);
-    plan.is_rim.assign(numbers.size(), false);
     plan.counts_elsewhere.assign(tiles.blocks().size(), false);
-    auto list = [](std::vector<RankMessage>& messages, int rank, std::ptrdiff_t node) {
-        auto at =
-            std::lower_bound(messages.begin(), messages.end(), rank, [](const RankMessage& m, int r) { return m.rank < r; });
-        if (at == messages.end() || at->rank != rank) at = messages.insert(at, {rank, {}});
-        at->nodes.push_back(node);
-    };
-    auto hand_on = [&](int round, int from, int to, std::ptrdiff_t node) {
-        if (from == index) list(plan.rounds[static_cast<std::size_t>(round)].out, to, node);
-        if (to == index) list(plan.rounds[static_cast<std::size_t>(round)].in, from, node);
-    };
     for (std::size_t k = 0; k < tiles.blocks().size(); ++k) {
         const Block<D>& block        = tiles.blocks()[k];
         const std::vector<int> ranks = holders.holding(block);
@@ -175,25 +178,33 @@ RimPlan plan_rims(const Tiles<D>& tiles, const Lattice<D>& lattice, const BlockH
         tiles.nodes_of(block).for_each([&](const Index<D>& at) {
             const std::ptrdiff_t node   = block.first_node + lattice.offset(at);
             const TileWriter<D>* before = nullptr;
-            bool is_handed_on           = false;
             for (const auto& one : writers) {
                 if (!one.nodes.contains(at)) continue;
                 if (before && before->rank != one.rank) {
-                    hand_on(one.colour, before->rank, one.rank, node);
-                    is_handed_on = true;
+                    if (before->rank == index) add(out[{one.rank, one.colour}], node, before);
+                    if (one.rank == index) add(in[{before->rank, one.colour}], node, &one);
                 }
                 before = &one;
             }
             if (!before) return;  // zero on all ranks
-            for (const int rank : ranks)
-                if (rank != before->rank) hand_on(last, before->rank, rank, node);
-            if (!is_handed_on) return;
-            for (const auto& one : writers)
-                if (one.rank == index && one.nodes.contains(at))
-                    plan.is_rim[static_cast<std::size_t>(std::lower_bound(numbers.begin(), numbers.end(), one.tile) -
-                                                         numbers.begin())] = true;
+            for (const int rank : ranks) {
+                if (rank == before->rank) continue;
+                if (before->rank == index) add(out[{rank, last}], node, before);
+                if (rank == index) add(in[{before->rank, last}], node, nullptr);
+            }
         });
     }
+    auto list = [](std::map<std::pair<int, int>, Message>& from, std::vector<RankMessage>& messages,
+                   std::vector<std::vector<int>>& its_tiles) {
+        for (auto& [key, message] : from) {
+            std::sort(message.tiles.begin(), message.tiles.end());
+            message.tiles.erase(std::unique(message.tiles.begin(), message.tiles.end()), message.tiles.end());
+            messages.push_back({key.first, key.second, std::move(message.nodes)});
+            its_tiles.push_back(std::move(message.tiles));
+        }
+    };
+    list(out, plan.out, plan.out_tiles);
+    list(in, plan.in, plan.in_tiles);
     return plan;
 }
 

@@ -6,9 +6,11 @@
 #include "base/parallel.hpp"
 #include "base/ranks.hpp"
 #include "grid/lattice.hpp"
+#include "grid/tile_order.hpp"
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
@@ -213,42 +215,43 @@ class Tiles {
     template <class F>
     void for_each_by_colour(std::initializer_list<NodeRecords> to, F&& f) const
     {
-        if (!relay_) return for_each_by_colour(f);
-        const std::span<const NodeRecords> records(to.begin(), to.size());
-        for (int c = 0; c < colour_count; ++c) {
-            if (c > 0) relay_->receive(c, records);
-            for_each_of(colours_[c], 0, rim_counts_[c], f);
-            if (c + 1 < colour_count) relay_->send(c + 1, records);
-            for_each_of(colours_[c], rim_counts_[c], static_cast<std::ptrdiff_t>(colours_[c].size()), f);
-        }
-        relay_->send(colour_count, records);
-        relay_->receive(colour_count, records);
+        if (!is_shared()) return for_each_by_colour(f);
+        order_.run(
+            std::span<const NodeRecords>(to.begin(), to.size()), [&](int k) { timed(k, f); }, is_large());
     }
     /// The same for scatters that ranks do not share.
     template <class F>
     void for_each_by_colour(F&& f) const
     {
-        ORDO_EXPECT(!relay_);
-        for (const auto& colour : colours_) for_each_of(colour, 0, static_cast<std::ptrdiff_t>(colour.size()), f);
+        ORDO_EXPECT(!is_shared());
+        for (const auto& colour : colours_)
+            parallel_for(
+                static_cast<std::ptrdiff_t>(colour.size()), [&](std::ptrdiff_t k) { f(tiles_[colour[k]]); }, is_large());
     }
 
-    /// From now on scatters go through `relay`, whose rounds are those of grid/rim_plan.hpp. `is_rim`: by tile, which write to records
-    /// that ranks share. `counts_elsewhere`: by block, those that count on another rank.
-    void share(std::shared_ptr<Relay> relay, const std::vector<bool>& is_rim, std::vector<bool> counts_elsewhere)
+    /// From now on scatters go through `relay`, whose messages are those of grid/rim_plan.hpp: what goes out after which tiles, and what
+    /// comes in for which. `counts_elsewhere`: by block, those that count on another rank.
+    void share(std::shared_ptr<Relay> relay, const std::vector<std::vector<int>>& out_tiles,
+               std::vector<std::vector<int>> in_tiles, std::vector<bool> counts_elsewhere)
     {
-        relay_            = std::move(relay);
+        std::vector<int> colours;
+        for (const std::uint64_t number : tile_keys_) colours.push_back(colour(unflatten(number, count_)));
+        order_            = TileOrder(std::move(relay), colours, neighbours_after(), out_tiles, std::move(in_tiles));
         counts_elsewhere_ = std::move(counts_elsewhere);
-        for (int c = 0; c < colour_count; ++c) {
-            const auto rest = std::stable_partition(colours_[c].begin(), colours_[c].end(), [&](int k) { return is_rim[k]; });
-            rim_counts_[c]  = rest - colours_[c].begin();
-        }
+        seconds_.assign(tiles_.size(), 0.0);
     }
+    bool is_shared() const { return order_.is_set(); }
+    /// How long the passes over the particles of tile k have taken since the sort, s, without waits. For ranks only.
+    double seconds(std::size_t k) const { return seconds_[k]; }
+    /// Adds to that.
+    void weigh(std::size_t k, double seconds) const { seconds_[k] += seconds; }
+
     /// Whether block k is one that sums over nodes count here: several ranks may hold it.
-    bool counts_here(std::size_t k) const { return !relay_ || !counts_elsewhere_[k]; }
+    bool counts_here(std::size_t k) const { return !is_shared() || !counts_elsewhere_[k]; }
     /// The same for the block of a record, which other ranks may hold alone.
     bool counts_record(std::ptrdiff_t record) const
     {
-        if (!relay_) return true;
+        if (!is_shared()) return true;
         const auto count  = static_cast<std::ptrdiff_t>(lattice_.node_count());
         const auto number = block_key(block_at(lattice_.index(record % count)), record / count);
         const auto at     = std::lower_bound(block_keys_.begin(), block_keys_.end(), number);
@@ -260,7 +263,14 @@ class Tiles {
     void for_each(F&& f) const
     {
         parallel_for(
-            static_cast<std::ptrdiff_t>(tiles_.size()), [&](std::ptrdiff_t k) { f(k, tiles_[k]); }, is_large());
+            static_cast<std::ptrdiff_t>(tiles_.size()),
+            [&](std::ptrdiff_t k) {
+                if (is_shared())
+                    timed(static_cast<int>(k), [&](const Tile& tile) { f(k, tile); });
+                else
+                    f(k, tiles_[k]);
+            },
+            is_large());
     }
 
     /// The nodes of a block.
@@ -365,12 +375,33 @@ class Tiles {
     /// a thread can cost more than the step.
     bool is_large() const { return !tiles_.empty() && tiles_.back().end >= 1024; }
 
-    /// f(tile) for the tiles of a colour with places from `begin` to `end`, in parallel.
+    /// f(tile), and how long it took.
     template <class F>
-    void for_each_of(const std::vector<int>& colour, std::ptrdiff_t begin, std::ptrdiff_t end, F&& f) const
+    void timed(int k, const F& f) const
     {
-        parallel_for(
-            end - begin, [&](std::ptrdiff_t k) { f(tiles_[colour[begin + k]]); }, is_large());
+        const auto begin = std::chrono::steady_clock::now();
+        f(tiles_[k]);
+        weigh(static_cast<std::size_t>(k), std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    }
+    /// [tile]: the tiles of higher colours next to it, which may write to the same nodes.
+    std::vector<std::vector<int>> neighbours_after() const
+    {
+        std::vector<std::vector<int>> r(tiles_.size());
+        for (std::size_t k = 0; k < tiles_.size(); ++k) {
+            const Index<D> here = unflatten(tile_keys_[k], count_);
+            IndexBox<D> around{};
+            for (int a = 0; a < D; ++a) {
+                around.lo[a] = std::max(here[a] - 1, 0);
+                around.hi[a] = std::min(here[a] + 2, count_[a]);
+            }
+            around.for_each([&](const Index<D>& next) {
+                if (colour(next) <= colour(here)) return;
+                const std::uint64_t number = number_of_tile(next, field_of_tile(tile_keys_[k]));
+                const auto found           = std::lower_bound(tile_keys_.begin(), tile_keys_.end(), number);
+                if (found != tile_keys_.end() && *found == number) r[k].push_back(static_cast<int>(found - tile_keys_.begin()));
+            });
+        }
+        return r;
     }
 
     static Index<D> block_at(Index<D> node)
@@ -491,9 +522,9 @@ class Tiles {
     std::vector<std::uint64_t> block_keys_;  ///< of blocks_, sorted
     std::ptrdiff_t extra_nodes_ = 0;
     // With several ranks:
-    std::shared_ptr<Relay> relay_;
-    std::array<std::ptrdiff_t, colour_count> rim_counts_{};  ///< of the tiles of each colour, which come first
-    std::vector<bool> counts_elsewhere_;                     ///< by block
+    TileOrder order_;
+    std::vector<bool> counts_elsewhere_;   ///< by block
+    mutable std::vector<double> seconds_;  ///< by tile; each is written by the thread that has the tile
 };
 
 }  // namespace ordo

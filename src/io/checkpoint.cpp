@@ -237,6 +237,15 @@ void for_each_number(State<D>& s, F&& f)
     }
 }
 
+/// Makes the fields those of `count` particles, which are to be read; they have no values yet.
+template <int D>
+void make_room(Particles<D>& p, const FieldGroups& groups, int count)
+{
+    if (count == p.count) return;
+    p.for_each_field_of(groups, [&]<class T>(Array<T>& field) { field = Array<T>(static_cast<std::size_t>(count)); });
+    p.count = count;
+}
+
 /// The points that press or are tied: keys as four whole numbers; normals, anchors and impulses as 2 D + 1 real ones.
 template <int D>
 void add_anchors(Hdf5Writer& out, const std::vector<ContactPoint<D>>& points)
@@ -324,17 +333,31 @@ void add_state(Hdf5Writer& out, State<D>& s)
     for_each_number(s, [&](const char* name, double x) { out.add(name, std::vector<double>{x}); });
 }
 
+/// Reads a state; of particles each rank reads a part, and gets those of its tiles.
 template <int D>
 void read_state(const Hdf5Reader& in, const Model<D>& model, State<D>& s)
 {
-    for_each_array(model, s.particles, [&](const std::string& name, const auto& array, RowsOf) { in.read(name, array); });
-    for_each_number(s, [&](const char* name, double& x) { in.read(name, ArrayOf<double>{&x, 1, 1}); });
-    if (s.contacts.are_there()) s.contacts.points = read_anchors<D>(in);
+    Ranks& ranks       = *s.ranks;
+    std::int64_t total = s.particles.count;
+    ranks.add({&total, 1});
+    const std::int64_t first = total * ranks.index() / ranks.count(), last = total * (ranks.index() + 1) / ranks.count();
+    TileRecord layout;
     std::int32_t halo = 0;
-    in.read("layout_halo", ArrayOf<std::int32_t>{&halo, 1, 1});
-    TileRecord layout{in.list<std::uint64_t>("layout_tiles"), in.list<std::int32_t>("layout_ends"),
-                      in.list<std::uint64_t>("layout_blocks")};
-    if (!restore_layout(model, s, std::move(layout), halo)) throw InputError("its tiles do not match its particles");
+    agree(ranks, [&] {
+        make_room(s.particles, field_groups(model), static_cast<int>(last - first));
+        for_each_array(model, s.particles, [&](const std::string& name, const auto& array, RowsOf of) {
+            if (of == RowsOf::corners)
+                in.read(name, array);
+            else
+                in.read_rows(name, array, static_cast<std::size_t>(first), static_cast<std::size_t>(total));
+        });
+        for_each_number(s, [&](const char* name, double& x) { in.read(name, ArrayOf<double>{&x, 1, 1}); });
+        if (s.contacts.are_there()) s.contacts.points = read_anchors<D>(in);
+        in.read("layout_halo", ArrayOf<std::int32_t>{&halo, 1, 1});
+        layout = {in.list<std::uint64_t>("layout_tiles"), in.list<std::int32_t>("layout_ends"),
+                  in.list<std::uint64_t>("layout_blocks")};
+    });
+    if (!restore_layout(model, s, std::move(layout), halo, first)) throw InputError("its tiles do not match its particles");
 }
 
 }  // namespace
@@ -415,20 +438,26 @@ void Checkpoints<D>::remove_older(std::int64_t step)
 template <int D>
 Written Checkpoints<D>::read_file(const std::filesystem::path& file, Simulation<D>& sim) const
 {
-    State<D>& s               = sim.state();
-    const std::string program = require_whole(file);
-    const Hdf5Reader in(file);
-    const std::string identity = in.text("case");
-    if (identity != identity_) throw InputError(fmt::format("it is of another case: {}", difference(identity, identity_)));
+    State<D>& s  = sim.state();
+    Ranks& ranks = *s.ranks;
+    std::string program;
+    on_first(ranks, [&] { program = require_whole(file); });
+    std::optional<Hdf5Reader> in;
     Written w;
-    for_each_list(w, [&]<class T>(const char* name, std::vector<T>& list) { list = in.list<T>(name); });
-    for_each_step(w, [&](const char* name, std::int64_t& step) { in.read(name, ArrayOf<std::int64_t>{&step, 1, 1}); });
-    if (has_results(directory_.path())) require_files(input_, w);
-    if (w.stage < s.stage) throw InputError("it is of an earlier stage than one that was tried before; name it with --restart");
+    agree(ranks, [&] {
+        in.emplace(file);
+        const std::string identity = in->text("case");
+        if (identity != identity_) throw InputError(fmt::format("it is of another case: {}", difference(identity, identity_)));
+        for_each_list(w, [&]<class T>(const char* name, std::vector<T>& list) { list = in->list<T>(name); });
+        for_each_step(w, [&](const char* name, std::int64_t& step) { in->read(name, ArrayOf<std::int64_t>{&step, 1, 1}); });
+        if (has_results(directory_.path())) require_files(input_, w);
+        if (w.stage < s.stage)
+            throw InputError("it is of an earlier stage than one that was tried before; name it with --restart");
+    });
     sim.prepare_stage(static_cast<int>(w.stage));
-    read_state(in, model_, s);
+    read_state(*in, model_, s);
     s.n = static_cast<long>(w.step);
-    if (program != this_program())
+    if (ranks.index() == 0 && program != this_program())
         say("ordo: warning: {} was written by {} (commit, compiler, instructions), and this is {}: numbers may differ in their "
             "last digits\n",
             file.string(), program, this_program());

@@ -30,7 +30,7 @@ class Checkpoints {
     void write(State<D>& s, Written written);
 
     /// Reads the state from a file, or from the newest usable one in the output directory ("latest"), into `s`, the state at the
-    /// start of the case. Throws InputError if the file is damaged or of another case or version, or if the directory has results
+    /// start of the case. Of ranks each reads a part. Throws InputError if the file is damaged or of another case or version, or if the directory has results
     /// of another run.
     Written read(const std::string& which, Simulation<D>& sim) const;
 

@@ -153,14 +153,22 @@ Hdf5Reader::~Hdf5Reader()
     if (file_ >= 0) H5Fclose(file_);
 }
 template <class T>
-void Hdf5Reader::read(const std::string& name, ArrayOf<T> array) const
+void Hdf5Reader::read_rows(const std::string& name, ArrayOf<T> array, std::size_t first, std::size_t total) const
 {
     const Found found = find(file_, name);
-    if (found.shape != std::array<hsize_t, 2>{array.rows, array.columns})
+    if (found.shape != std::array<hsize_t, 2>{total, array.columns})
         throw InputError(
-            fmt::format("its {} are {} x {}, not {} x {}", name, found.shape[0], found.shape[1], array.rows, array.columns));
-    if (H5LTread_dataset(file_, name.c_str(), type_of<T>(), array.data) < 0)
-        throw InputError(fmt::format("its {} cannot be read", name));
+            fmt::format("its {} are {} x {}, not {} x {}", name, found.shape[0], found.shape[1], total, array.columns));
+    if (array.rows == 0) return;
+    const std::array<hsize_t, 2> begin{first, 0}, shape{array.rows, array.columns};
+    const hid_t set = H5Dopen2(file_, name.c_str(), H5P_DEFAULT), all = H5Dget_space(set),
+                rows   = H5Screate_simple(2, shape.data(), nullptr);
+    const bool is_done = H5Sselect_hyperslab(all, H5S_SELECT_SET, begin.data(), nullptr, shape.data(), nullptr) >= 0 &&
+                         H5Dread(set, type_of<T>(), rows, all, H5P_DEFAULT, array.data) >= 0;
+    H5Sclose(rows);
+    H5Sclose(all);
+    H5Dclose(set);
+    if (!is_done) throw InputError(fmt::format("its {} cannot be read", name));
 }
 template <class T>
 std::vector<T> Hdf5Reader::list(const std::string& name) const
@@ -206,7 +214,7 @@ void Hdf5Writer::fail() const { refuse(); }
 Hdf5Reader::Hdf5Reader(const std::filesystem::path&) { refuse(); }
 Hdf5Reader::~Hdf5Reader() = default;
 template <class T>
-void Hdf5Reader::read(const std::string&, ArrayOf<T>) const
+void Hdf5Reader::read_rows(const std::string&, ArrayOf<T>, std::size_t, std::size_t) const
 {
     refuse();
 }
@@ -219,10 +227,10 @@ std::string Hdf5Reader::text(const std::string&) const { refuse(); }
 
 #endif
 
-#define ORDO_HDF5_TYPE(T)                                                             \
-    template void Hdf5Writer::begin<T>(const std::string&, std::size_t, std::size_t); \
-    template void Hdf5Writer::append(std::span<const T>);                             \
-    template void Hdf5Reader::read(const std::string&, ArrayOf<T>) const;             \
+#define ORDO_HDF5_TYPE(T)                                                                                \
+    template void Hdf5Writer::begin<T>(const std::string&, std::size_t, std::size_t);                    \
+    template void Hdf5Writer::append(std::span<const T>);                                                \
+    template void Hdf5Reader::read_rows(const std::string&, ArrayOf<T>, std::size_t, std::size_t) const; \
     template std::vector<T> Hdf5Reader::list(const std::string&) const;
 ORDO_HDF5_TYPE(double)
 ORDO_HDF5_TYPE(std::int32_t)

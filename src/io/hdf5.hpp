@@ -64,7 +64,13 @@ class Hdf5Reader {
 
     /// Fills an array of this shape.
     template <class T>
-    void read(const std::string& name, ArrayOf<T> array) const;
+    void read(const std::string& name, ArrayOf<T> array) const
+    {
+        read_rows(name, array, 0, array.rows);
+    }
+    /// Fills an array with the rows from `first` on of one of `total` rows.
+    template <class T>
+    void read_rows(const std::string& name, ArrayOf<T> array, std::size_t first, std::size_t total) const;
     /// A list of any length.
     template <class T>
     std::vector<T> list(const std::string& name) const;

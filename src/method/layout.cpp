@@ -33,8 +33,8 @@ void assign(const Model<D>& model, const Lattice<D>& lattice, Tiles<D>& tiles, S
         for (int a = 0; a < D; ++a) cell[a] = static_cast<int>(lattice.cell_coordinate(a, particles.x[i][a]));
         return tiles.key(cell, model.field_of(particles.body[i]));
     };
-    TileOwners owners;
-    if (!s.ranks->is_alone()) owners = migrate<D>(model, s, tiles, [&](int i) { return tiles.tile_of(key(i)); });
+    Division division;
+    if (!s.ranks->is_alone()) division = migrate<D>(model, s, tiles, [&](int i) { return tiles.tile_of(key(i)); });
     Array<int> order;
     {
         Array<std::uint64_t> keys(particles.count, Pages::own);
@@ -43,7 +43,9 @@ void assign(const Model<D>& model, const Lattice<D>& lattice, Tiles<D>& tiles, S
         tiles.assign(keys);
     }
     if (!order.empty()) permute(particles, order);
-    if (!s.ranks->is_alone()) join_rims(*s.ranks, model.method, lattice, owners, tiles);
+    if (s.ranks->is_alone()) return;
+    join_rims(*s.ranks, model.method, lattice, division.owners, tiles);
+    for (std::size_t k = 0; k < tiles.tile_numbers().size(); ++k) tiles.weigh(k, division.seconds.at(tiles.tile_numbers()[k]));
 }
 
 /// The corners of cells by the velocity field of the body that they belong to; without those of other ranks.
@@ -119,13 +121,16 @@ void sort_particles(const Model<D>& model, State<D>& s)
 }
 
 template <int D>
-bool restore_layout(const Model<D>& model, State<D>& s, TileRecord record, int halo)
+bool restore_layout(const Model<D>& model, State<D>& s, TileRecord record, int halo, std::int64_t first)
 {
     s.extra_reach = extra_reach(model.method);
     if (halo < 0 || halo > 1'000'000) return false;
     const Lattice<D> lattice(model.origin, model.h, model.cells, model.periodic, halo + 1, grid_basis(model.method));
-    Tiles<D> tiles(lattice, halo, s.particles.count, model.field_count());
-    if (!tiles.restore(std::move(record), s.particles.count)) return false;
+    std::int64_t count = s.particles.count;
+    s.ranks->add({&count, 1});
+    Tiles<D> tiles(lattice, halo, count, model.field_count());
+    if (!tiles.restore(std::move(record), static_cast<int>(count))) return false;
+    if (!s.ranks->is_alone()) distribute(model, lattice, first, tiles, s);
     arrange_nodes(model, s, lattice, std::move(tiles));
     return true;
 }
@@ -134,7 +139,7 @@ bool restore_layout(const Model<D>& model, State<D>& s, TileRecord record, int h
     template void wrap_periodic(const Model<D>&, Particles<D>&);                          \
     template void arrange_nodes(const Model<D>&, State<D>&, const Lattice<D>&, Tiles<D>); \
     template void sort_particles(const Model<D>&, State<D>&);                             \
-    template bool restore_layout(const Model<D>&, State<D>&, TileRecord, int);
+    template bool restore_layout(const Model<D>&, State<D>&, TileRecord, int, std::int64_t);
 ORDO_LAYOUT(1)
 ORDO_LAYOUT(2)
 ORDO_LAYOUT(3)

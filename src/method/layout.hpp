@@ -25,9 +25,9 @@ void sort_particles(const Model<D>& model, State<D>& s);
 template <int D>
 void arrange_nodes(const Model<D>& model, State<D>& s, const Lattice<D>& lattice, Tiles<D> tiles);
 
-/// Restores the layout of an earlier sort, for particles in its order; `s` has their reach and drift. Returns false if `record`
-/// and `halo` do not match these particles.
+/// Restores the layout of an earlier sort, for particles in its order; `s` has their reach and drift. Of ranks each has the particles from
+/// place `first` of this order on, and gets those of its tiles. Returns false if `record` and `halo` do not match these particles.
 template <int D>
-bool restore_layout(const Model<D>& model, State<D>& s, TileRecord record, int halo);
+bool restore_layout(const Model<D>& model, State<D>& s, TileRecord record, int halo, std::int64_t first = 0);
 
 }  // namespace ordo

@@ -8,7 +8,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -41,10 +43,11 @@ void require_shareable(const Model<D>& model)
 
 namespace {
 
-/// A tile by its number, and how many particles it holds.
+/// A tile by its number, how many particles it holds, and how long these have taken since the last sort, s.
 struct Filled {
     std::uint64_t tile;
     std::int64_t particles;
+    double seconds;
 };
 
 template <int D>
@@ -52,13 +55,14 @@ std::vector<Filled> filled_tiles(const Tiles<D>& tiles)
 {
     std::vector<Filled> r;
     for (std::size_t k = 0; k < tiles.tiles().size(); ++k)
-        r.push_back({tiles.tile_numbers()[k], tiles.tiles()[k].end - tiles.tiles()[k].begin});
+        r.push_back({tiles.tile_numbers()[k], tiles.tiles()[k].end - tiles.tiles()[k].begin, 0.0});
     return r;
 }
 
-/// Divides tiles along Hilbert's curve.
+/// Divides tiles along Hilbert's curve: by their times if they are known of all, else by their particles. Times differ from run to run,
+/// but results do not depend on whose a tile is. Cuts that still divide well stay.
 template <int D>
-TileOwners divide(const Ranks& ranks, const Tiles<D>& tiles, const std::vector<Filled>& filled)
+TileOwners divide(const Ranks& ranks, const Tiles<D>& tiles, const std::vector<Filled>& filled, bool has_times, CurveCuts& cuts)
 {
     struct OnCurve {
         std::uint64_t place, tile;
@@ -66,14 +70,27 @@ TileOwners divide(const Ranks& ranks, const Tiles<D>& tiles, const std::vector<F
     };
     const int bits = bits_of(tiles.count());
     std::vector<OnCurve> curve;
-    for (const auto& [tile, weight] : filled) curve.push_back({hilbert_number(tiles.place_of_tile(tile), bits), tile, weight});
+    for (const Filled& one : filled)
+        curve.push_back({hilbert_number(tiles.place_of_tile(one.tile), bits), one.tile,
+                         has_times ? std::llround(1e9 * one.seconds) + 1 : one.particles});
     std::sort(curve.begin(), curve.end(),
               [](const OnCurve& a, const OnCurve& b) { return std::pair(a.place, a.tile) < std::pair(b.place, b.tile); });
+    const bool has_cuts = cuts.width == tiles.width() && cuts.bits == bits;
     std::vector<std::int64_t> along;
-    for (const OnCurve& one : curve) along.push_back(one.weight);
-    const std::vector<int> to = ranks.divide(along);
+    std::vector<int> before;
+    for (const OnCurve& one : curve) {
+        along.push_back(one.weight);
+        if (has_cuts) before.push_back(cuts.rank_of(one.place));
+    }
+    const std::vector<int> to = ranks.divide(along, before);
     std::vector<std::pair<std::uint64_t, int>> owners;
     for (std::size_t k = 0; k < curve.size(); ++k) owners.emplace_back(curve[k].tile, to[k]);
+    if (to != before) {
+        constexpr auto nowhere = std::numeric_limits<std::uint64_t>::max();
+        cuts = {tiles.width(), bits, std::vector<std::uint64_t>(static_cast<std::size_t>(ranks.count()), nowhere)};
+        for (std::size_t k = curve.size(); k-- > 0;) cuts.first[static_cast<std::size_t>(to[k])] = curve[k].place;
+        for (std::size_t r = cuts.first.size() - 1; r-- > 0;) cuts.first[r] = std::min(cuts.first[r], cuts.first[r + 1]);
+    }
     return TileOwners(std::move(owners));
 }
 
@@ -104,67 +121,20 @@ template <int D>
 void share(Ranks& ranks, const Lattice<D>& lattice, const BlockHolders<D>& holders, Tiles<D>& tiles)
 {
     RimPlan plan = plan_rims(tiles, lattice, holders, ranks.index());
-    tiles.share(ranks.relay(std::move(plan.rounds)), plan.is_rim, std::move(plan.counts_elsewhere));
+    tiles.share(ranks.relay(std::move(plan.out), std::move(plan.in)), plan.out_tiles, std::move(plan.in_tiles),
+                std::move(plan.counts_elsewhere));
 }
 
-}  // namespace
-
+/// Sends particles to the ranks to[particle], where they are merged by their places.
 template <int D>
-void distribute(const Model<D>& model, State<D>& s, Ranks& ranks)
+void send(Ranks& ranks, const FieldGroups& groups, const std::vector<OldPlace>& places, const std::vector<int>& to,
+          Particles<D>& p)
 {
-    if (ranks.is_alone()) return;
-    require_shareable(model);
-    const Tiles<D>& whole   = s.field.tiles;
-    const TileOwners owners = divide(ranks, whole, filled_tiles(whole));
-    const BlockHolders<D> holders(whole, owners, ring_of(model.method));
-    auto is_mine = [&](std::uint64_t tile) { return owners.rank_of(tile) == ranks.index(); };
-    std::vector<std::uint64_t> own =
-        std::move(blocks_to_tell(whole, holders, ranks.count(), 0)[static_cast<std::size_t>(ranks.index())]);
-
-    const std::vector<OldPlace> places = places_of(s.particles, whole);
-    merge(s.particles, field_groups(model), places, [&](int i) { return !is_mine(places[static_cast<std::size_t>(i)].tile); },
-          {});
-    Tiles<D> tiles = whole;
-    tiles.keep(is_mine, std::move(own));
-    share(ranks, s.lattice, holders, tiles);
-    s.ranks = &ranks;
-    arrange_nodes(model, s, s.lattice, std::move(tiles));
-}
-
-template <int D>
-TileOwners migrate(const Model<D>& model, State<D>& s, const Tiles<D>& tiles, const std::function<std::uint64_t(int)>& tile_of)
-{
-    Ranks& ranks    = *s.ranks;
-    Particles<D>& p = s.particles;
-    std::vector<std::uint64_t> tile(static_cast<std::size_t>(p.count));
-    std::map<std::uint64_t, std::int64_t> particles_of;
-    auto last = particles_of.end();  // most particles are still in the tile of the one before
-    for (int i = 0; i < p.count; ++i) {
-        const std::uint64_t number = tile[static_cast<std::size_t>(i)] = tile_of(i);
-        if (last == particles_of.end() || last->first != number) last = particles_of.try_emplace(number, 0).first;
-        ++last->second;
-    }
-    auto filled = [&] {
-        std::vector<Filled> r;
-        for (const auto& [number, particles] : particles_of) r.push_back({number, particles});
-        return r;
-    };
-    const std::vector<Filled> mine = filled();
-    particles_of.clear();
-    for (const std::vector<Filled>& of_rank : gather_all(ranks, mine))
-        for (const auto& [number, particles] : of_rank) particles_of[number] += particles;
-    TileOwners owners = divide(ranks, tiles, filled());
-
-    const FieldGroups groups           = field_groups(model);
-    const std::vector<OldPlace> places = places_of(p, s.field.tiles);
-    std::vector<Bytes> out(static_cast<std::size_t>(ranks.count()));
-    std::vector<std::size_t> counts(out.size(), 0);
-    std::vector<int> to(static_cast<std::size_t>(p.count));
-    for (std::size_t k = 0; k < to.size(); ++k) {
-        to[k] = k > 0 && tile[k] == tile[k - 1] ? to[k - 1] : owners.rank_of(tile[k]);
-        if (to[k] != ranks.index()) ++counts[static_cast<std::size_t>(to[k])];
-    }
-    for (std::size_t r = 0; r < out.size(); ++r) out[r].reserve(counts[r] * packed_size(p, groups));
+    std::vector<std::size_t> counts(static_cast<std::size_t>(ranks.count()), 0);
+    for (const int rank : to) ++counts[static_cast<std::size_t>(rank)];
+    std::vector<Bytes> out(counts.size());
+    for (std::size_t r = 0; r < out.size(); ++r)
+        if (static_cast<int>(r) != ranks.index()) out[r].reserve(counts[r] * packed_size(p, groups));
     for (int i = 0; i < p.count; ++i) {
         const auto k = static_cast<std::size_t>(i);
         if (to[k] != ranks.index()) pack(p, groups, i, places[k], out[static_cast<std::size_t>(to[k])]);
@@ -172,7 +142,92 @@ TileOwners migrate(const Model<D>& model, State<D>& s, const Tiles<D>& tiles, co
     merge(
         p, groups, places, [&](int i) { return to[static_cast<std::size_t>(i)] != ranks.index(); },
         ranks.exchange(std::move(out)));
-    return owners;
+}
+
+}  // namespace
+
+template <int D>
+void distribute(const Model<D>& model, const Lattice<D>& lattice, std::int64_t first, Tiles<D>& tiles, State<D>& s)
+{
+    Ranks& ranks            = *s.ranks;
+    const TileOwners owners = divide(ranks, tiles, filled_tiles(tiles), false, s.cuts);
+    const BlockHolders<D> holders(tiles, owners, ring_of(model.method));
+    std::vector<std::uint64_t> own =
+        std::move(blocks_to_tell(tiles, holders, ranks.count(), 0)[static_cast<std::size_t>(ranks.index())]);
+
+    const std::int64_t last = first + s.particles.count;
+    std::vector<OldPlace> places;
+    std::vector<int> to;
+    for (std::size_t k = 0; k < tiles.tiles().size(); ++k) {
+        const Tile& tile           = tiles.tiles()[k];
+        const std::uint64_t number = tiles.tile_numbers()[k];
+        for (std::int64_t i = std::max<std::int64_t>(tile.begin, first); i < std::min<std::int64_t>(tile.end, last); ++i) {
+            places.push_back({number, static_cast<std::uint64_t>(i - tile.begin)});
+            to.push_back(owners.rank_of(number));
+        }
+    }
+    send(ranks, field_groups(model), places, to, s.particles);
+    tiles.keep([&](std::uint64_t tile) { return owners.rank_of(tile) == ranks.index(); }, std::move(own));
+    share(ranks, lattice, holders, tiles);
+}
+
+namespace {
+
+/// What the passes have taken since the last sort for each particle, s: its part of its tile. Empty if they have not been measured.
+template <int D>
+std::vector<double> seconds_a_particle(const State<D>& s)
+{
+    const Tiles<D>& tiles = s.field.tiles;
+    std::vector<double> r;
+    for (std::size_t k = 0; k < tiles.tiles().size() && tiles.is_shared(); ++k) {
+        const Tile& tile = tiles.tiles()[k];
+        if (tile.begin == tile.end) continue;
+        if (tiles.seconds(k) == 0) return {};
+        r.insert(r.end(), static_cast<std::size_t>(tile.end - tile.begin), tiles.seconds(k) / (tile.end - tile.begin));
+    }
+    return r;
+}
+
+}  // namespace
+
+template <int D>
+Division migrate(const Model<D>& model, State<D>& s, const Tiles<D>& tiles, const std::function<std::uint64_t(int)>& tile_of)
+{
+    Ranks& ranks                      = *s.ranks;
+    Particles<D>& p                   = s.particles;
+    const std::vector<double> seconds = seconds_a_particle(s);
+    std::vector<std::uint64_t> tile(static_cast<std::size_t>(p.count));
+    std::map<std::uint64_t, Filled> all;
+    auto last = all.end();  // most particles are still in the tile of the one before
+    for (int i = 0; i < p.count; ++i) {
+        const auto k               = static_cast<std::size_t>(i);
+        const std::uint64_t number = tile[k] = tile_of(i);
+        if (last == all.end() || last->first != number) last = all.try_emplace(number, Filled{number, 0, 0.0}).first;
+        ++last->second.particles;
+        if (!seconds.empty()) last->second.seconds += seconds[k];
+    }
+    auto list = [&] {
+        std::vector<Filled> r;
+        for (const auto& [number, one] : all) r.push_back(one);
+        return r;
+    };
+    const std::vector<Filled> mine = list();
+    all.clear();
+    for (const std::vector<Filled>& of_rank : gather_all(ranks, mine))
+        for (const Filled& one : of_rank) {
+            Filled& sum = all.try_emplace(one.tile, Filled{one.tile, 0, 0.0}).first->second;
+            sum.particles += one.particles;
+            sum.seconds += one.seconds;
+        }
+    const bool has_times = largest(ranks, p.count > 0 && seconds.empty() ? 1 : 0) == 0;
+    Division r{divide(ranks, tiles, list(), has_times, s.cuts), {}};
+    constexpr double kept = 0.8;  // of a time at the next sort
+    for (const auto& [number, one] : all) r.seconds[number] = has_times ? kept * one.seconds : 0.0;
+
+    std::vector<int> to(tile.size());
+    for (std::size_t k = 0; k < to.size(); ++k) to[k] = k > 0 && tile[k] == tile[k - 1] ? to[k - 1] : r.owners.rank_of(tile[k]);
+    send(ranks, field_groups(model), places_of(p, s.field.tiles), to, p);
+    return r;
 }
 
 template <int D>
@@ -310,14 +365,14 @@ Gathered<D>::~Gathered()
     if (is_swapped_) std::swap(s_.field.tiles, tiles_);
 }
 
-#define ORDO_SHARING(D)                                                                                                 \
-    template std::string alone_because(const Model<D>&);                                                                \
-    template void require_shareable(const Model<D>&);                                                                   \
-    template void distribute(const Model<D>&, State<D>&, Ranks&);                                                       \
-    template TileOwners migrate(const Model<D>&, State<D>&, const Tiles<D>&, const std::function<std::uint64_t(int)>&); \
-    template void join_rims(Ranks&, const MethodSpec&, const Lattice<D>&, const TileOwners&, Tiles<D>&);                \
-    template JoinedRows joined_particles(const State<D>&);                                                              \
-    template JoinedRows joined_corners(const State<D>&);                                                                \
+#define ORDO_SHARING(D)                                                                                               \
+    template std::string alone_because(const Model<D>&);                                                              \
+    template void require_shareable(const Model<D>&);                                                                 \
+    template void distribute(const Model<D>&, const Lattice<D>&, std::int64_t, Tiles<D>&, State<D>&);                 \
+    template Division migrate(const Model<D>&, State<D>&, const Tiles<D>&, const std::function<std::uint64_t(int)>&); \
+    template void join_rims(Ranks&, const MethodSpec&, const Lattice<D>&, const TileOwners&, Tiles<D>&);              \
+    template JoinedRows joined_particles(const State<D>&);                                                            \
+    template JoinedRows joined_corners(const State<D>&);                                                              \
     template class Gathered<D>;
 ORDO_SHARING(1)
 ORDO_SHARING(2)

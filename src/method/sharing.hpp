@@ -6,6 +6,7 @@
 #include "method/state.hpp"
 
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -19,15 +20,23 @@ std::string alone_because(const Model<D>& model);
 template <int D>
 void require_shareable(const Model<D>& model);
 
-/// Of a sorted state that each rank has whole, keeps the part of this rank. Throws InputError if the model cannot be shared.
+/// Of particles sorted by `tiles`, each rank has those from place `first` on: divides the tiles among the ranks, and sends particles to the
+/// ranks of their tiles. `tiles` then are those of this rank.
 template <int D>
-void distribute(const Model<D>& model, State<D>& s, Ranks& ranks);
+void distribute(const Model<D>& model, const Lattice<D>& lattice, std::int64_t first, Tiles<D>& tiles, State<D>& s);
+
+/// Whose the tiles of a sort are, and what the particles in each have taken before it, s: one window between sorts says little, so older
+/// ones count too, each for less than the next.
+struct Division {
+    TileOwners owners;
+    std::map<std::uint64_t, double> seconds;
+};
 
 /// Divides the tiles of the coming sort among the ranks, and sends particles to the ranks of their tiles. tile_of(i) is the number of the
 /// tile of particle i. Particles are then in the order of the sort before, or
-/// of their numbers if there was none. Returns whose the tiles are.
+/// of their numbers if there was none.
 template <int D>
-TileOwners migrate(const Model<D>& model, State<D>& s, const Tiles<D>& tiles, const std::function<std::uint64_t(int)>& tile_of);
+Division migrate(const Model<D>& model, State<D>& s, const Tiles<D>& tiles, const std::function<std::uint64_t(int)>& tile_of);
 
 /// Tells others the blocks that the particles of this rank touch, and sets up the relay of `tiles`.
 template <int D>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/field.hpp"
+#include "grid/hilbert.hpp"
 #include "kernels/sweep.hpp"
 #include "material/branches.hpp"
 #include "method/contact.hpp"
@@ -213,6 +214,7 @@ template <int D>
 struct State {
     Particles<D> particles;
     Ranks* ranks = &alone();  ///< that share the run; particles and nodes are those of this one, numbers those of all
+    CurveCuts cuts;           ///< between the parts of the ranks
 
     // Rebuilt by the sort; see method/layout.hpp.
     Lattice<D> lattice;

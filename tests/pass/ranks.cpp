@@ -281,7 +281,7 @@ TEST(Ranks, EveryLawHasTheBitsOfOneProcess)
 }
 
 /// Cases of bodies and obstacles that meet: fields of their own, vertices, Gauss points of faces and particles as points. Ranks start with
-/// shares, or with the whole state of a checkpoint.
+/// shares of the seeds, or with those of a sorted state, as from a checkpoint.
 template <int D>
 void check_case(const std::string& name, const std::vector<std::string>& changes, int steps)
 {
@@ -291,7 +291,14 @@ void check_case(const std::string& name, const std::vector<std::string>& changes
     auto run                  = [&](Ranks& ranks, bool has_shares) {
         const setup::Share share = has_shares ? setup::Share{ranks.index(), ranks.count()} : setup::Share{};
         Simulation<D> sim(io::build<D>(input, setup::kMostParticles, share), {}, {}, has_shares ? ranks : alone());
-        if (!has_shares) distribute(sim.model(), sim.state(), ranks);
+        if (!has_shares) {
+            State<D>& s     = sim.state();
+            const int count = s.particles.count, first = count * ranks.index() / ranks.count();
+            TileRecord layout = s.field.tiles.record();
+            keep_particles(s.particles, first, count * (ranks.index() + 1) / ranks.count());
+            s.ranks = &ranks;
+            EXPECT_TRUE(restore_layout(sim.model(), s, std::move(layout), s.field.tiles.halo(), first));
+        }
         std::vector<Seen> seen;
         for (int k = 1; k <= steps; ++k) {
             sim.step();
@@ -319,6 +326,24 @@ TEST(Ranks, ContactHasTheBitsOfOneProcess)
     check_case<2>("rolling-cylinder", {"grid.spacing=0.1"}, 60);
     check_case<2>("wheel-on-sand", {"grid.spacing=0.08"}, 60);
     check_case<2>("press-fit", {}, 60);
+}
+
+/// The particles of the first of two ranks take three times as long as those of the second: it keeps two thirds of them.
+TEST(Ranks, TilesThatTakeLongerWeighMore)
+{
+    const Flight<2> flight{.spec = find_preset("cpdi1")->spec, .cells = 64};
+    test::on_ranks(2, Division::parts, [&](Ranks& ranks) {
+        const std::unique_ptr<Scheme<2>> scheme = make_scheme(flight.model());
+        State<2> s                              = flight.start(*scheme, ranks);
+        const int before                        = s.particles.count;
+        for (std::size_t k = 0; k < s.field.tiles.tiles().size(); ++k) {
+            const Tile& tile = s.field.tiles.tiles()[k];
+            s.field.tiles.weigh(k, (ranks.index() == 0 ? 3e-3 : 1e-3) * (tile.end - tile.begin));
+        }
+        sort_particles(scheme->model(), s);
+        const double share = static_cast<double>(s.particles.count) / before;
+        EXPECT_NEAR(share, ranks.index() == 0 ? 2.0 / 3 : 4.0 / 3, 0.1);  // a tile has a twelfth
+    });
 }
 
 /// For the nightly: a thousand steps across the grid, on every number of ranks, with their own threads.

@@ -12,6 +12,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <numeric>
 #include <stdexcept>
 #include <thread>
 #include <tuple>
@@ -51,20 +52,29 @@ class Crew {
     /// Between two meetings: what `from` sends to `to`.
     Bytes& slot(int from, int to) { return slots_[static_cast<std::size_t>(from * count_ + to)]; }
 
-    using Key = std::tuple<int, int, int>;  ///< from, to, round
+    using Key = std::tuple<int, int, int>;  ///< from, to, tag
     void post(const Key& key, std::vector<Lanes> records)
     {
         const std::lock_guard lock(mutex_);
         mail_[key].push_back(std::move(records));
         changed_.notify_all();
     }
-    std::vector<Lanes> fetch(const Key& key)
+    /// What has come under some of the keys, by their places in the list; waits for one if `waits`.
+    std::vector<std::pair<std::size_t, std::vector<Lanes>>> fetch(const std::vector<Key>& keys, bool waits)
     {
         std::unique_lock lock(mutex_);
-        changed_.wait(lock, [&] { return has_failed_ || !mail_[key].empty(); });
+        std::vector<std::pair<std::size_t, std::vector<Lanes>>> r;
+        auto look = [&] {
+            for (std::size_t k = 0; k < keys.size(); ++k) {
+                const auto box = mail_.find(keys[k]);
+                if (box == mail_.end() || box->second.empty()) continue;
+                r.emplace_back(k, std::move(box->second.front()));
+                box->second.pop_front();
+            }
+            return has_failed_ || !r.empty();
+        };
+        if (!look() && waits) changed_.wait(lock, look);
         if (has_failed_) throw std::runtime_error("another rank has failed");
-        std::vector<Lanes> r = std::move(mail_[key].front());
-        mail_[key].pop_front();
         return r;
     }
     int count() const { return count_; }
@@ -89,37 +99,53 @@ struct Traffic {
 
 class ThreadRelay final : public Relay {
   public:
-    ThreadRelay(Crew& crew, int index, std::vector<RankRound> rounds, Traffic& traffic)
-        : crew_(crew), index_(index), rounds_(std::move(rounds)), traffic_(traffic)
+    ThreadRelay(Crew& crew, int index, std::vector<RankMessage> out, std::vector<RankMessage> in, Traffic& traffic)
+        : crew_(crew), index_(index), out_(std::move(out)), in_(std::move(in)), traffic_(traffic)
     {}
 
-    void send(int round, std::span<const NodeRecords> records) override
+    void begin(std::span<const NodeRecords>) override
     {
-        for (const RankMessage& m : rounds_.at(static_cast<std::size_t>(round)).out) {
-            std::vector<Lanes> packed(m.nodes.size() * static_cast<std::size_t>(size_of(records)));
-            Lanes* to = packed.data();
-            for (const std::ptrdiff_t node : m.nodes) to = copy_node(to, records, node);
-            ++traffic_.messages;
-            traffic_.bytes += static_cast<long>(packed.size() * sizeof(Lanes));
-            crew_.post({index_, m.rank, round}, std::move(packed));
-        }
+        missing_.resize(in_.size());
+        std::iota(missing_.begin(), missing_.end(), std::size_t{0});
     }
-    void receive(int round, std::span<const NodeRecords> records) override
+    void send(std::size_t k, std::span<const NodeRecords> records) override
     {
-        for (const RankMessage& m : rounds_.at(static_cast<std::size_t>(round)).in) {
-            const std::vector<Lanes> packed = crew_.fetch({m.rank, index_, round});
+        const RankMessage& m = out_.at(k);
+        std::vector<Lanes> packed(m.nodes.size() * static_cast<std::size_t>(size_of(records)));
+        Lanes* to = packed.data();
+        for (const std::ptrdiff_t node : m.nodes) to = copy_node(to, records, node);
+        ++traffic_.messages;
+        traffic_.bytes += static_cast<long>(packed.size() * sizeof(Lanes));
+        crew_.post({index_, m.rank, m.tag}, std::move(packed));
+    }
+    std::vector<std::size_t> receive(bool is_idle, std::span<const NodeRecords> records) override
+    {
+        if (!is_idle && ++calls_ % 3 != 0) return {};  // late: tiles run in another order
+        std::vector<Crew::Key> keys;
+        for (const std::size_t k : missing_) keys.emplace_back(in_[k].rank, index_, in_[k].tag);
+        std::vector<std::size_t> r;
+        for (const auto& [place, packed] : crew_.fetch(keys, is_idle)) {
+            const RankMessage& m = in_[r.emplace_back(missing_[place])];
             if (packed.size() != m.nodes.size() * static_cast<std::size_t>(size_of(records)))
                 throw std::logic_error("a message of another size");
             const Lanes* from = packed.data();
             for (const std::ptrdiff_t node : m.nodes) from = copy_node(records, node, from);
         }
+        std::erase_if(missing_, [&](std::size_t k) { return std::find(r.begin(), r.end(), k) != r.end(); });
+        return r;
+    }
+    void end() override
+    {
+        if (!missing_.empty()) throw std::logic_error("a scatter ends without all of its messages");
     }
 
   private:
     Crew& crew_;
     int index_;
-    std::vector<RankRound> rounds_;
+    std::vector<RankMessage> out_, in_;
+    std::vector<std::size_t> missing_;
     Traffic& traffic_;
+    unsigned calls_ = 0;
 };
 
 class ThreadRanks final : public Ranks {
@@ -151,14 +177,14 @@ class ThreadRanks final : public Ranks {
         crew_.meet();
         return in;
     }
-    std::unique_ptr<Relay> relay(std::vector<RankRound> rounds) override
+    std::unique_ptr<Relay> relay(std::vector<RankMessage> out, std::vector<RankMessage> in) override
     {
-        return std::make_unique<ThreadRelay>(crew_, index_, std::move(rounds), traffic);
+        return std::make_unique<ThreadRelay>(crew_, index_, std::move(out), std::move(in), traffic);
     }
-    std::vector<int> divide(std::span<const std::int64_t> weights) const override
+    std::vector<int> divide(std::span<const std::int64_t> weights, std::span<const int> before) const override
     {
         ++divisions_;
-        if (crew_.division() == Division::parts) return Ranks::divide(weights);
+        if (crew_.division() == Division::parts) return Ranks::divide(weights, before);
         std::vector<int> to(weights.size(), count() - 1);
         if (crew_.division() == Division::random)
             for (std::size_t k = 0; k < to.size(); ++k)

@@ -53,7 +53,7 @@ TEST(Ranks, DivideIntoEqualParts)
         std::vector<std::int64_t> weights(random() % 200);
         for (auto& w : weights) w = 1 + static_cast<std::int64_t>(random() % 500);
         test::Crew crew(count, test::Division::parts);
-        const std::vector<int> to = test::ThreadRanks(crew, 0).divide(weights);
+        const std::vector<int> to = test::ThreadRanks(crew, 0).divide(weights, {});
         ASSERT_EQ(to.size(), weights.size());
         EXPECT_TRUE(std::is_sorted(to.begin(), to.end()));
         std::vector<std::int64_t> part(static_cast<std::size_t>(count), 0);
@@ -61,6 +61,21 @@ TEST(Ranks, DivideIntoEqualParts)
         const double mean = std::accumulate(weights.begin(), weights.end(), 0.0) / count;
         for (const auto w : part) EXPECT_LE(std::fabs(static_cast<double>(w) - mean), 500);  // within the largest piece
     }
+}
+
+TEST(Ranks, KeepCutsThatDivideWell)
+{
+    test::Crew crew(4, test::Division::parts);
+    const test::ThreadRanks ranks(crew, 0);
+    std::vector<std::int64_t> weights(400, 100);
+    std::vector<int> before(400);
+    for (std::size_t k = 0; k < before.size(); ++k) before[k] = k < 104 ? 0 : k < 200 ? 1 : k < 300 ? 2 : 3;
+    EXPECT_EQ(ranks.divide(weights, before), before);  // the heaviest has 1.04 of the mean
+    weights[0] = 600;
+    const std::vector<int> anew = ranks.divide(weights, before);
+    EXPECT_EQ(anew, ranks.divide(weights, {}));
+    EXPECT_EQ(anew[97], 1);
+    EXPECT_EQ(anew[95], 0);
 }
 
 TEST(Ranks, AgreeOnTheFirst)
@@ -180,8 +195,9 @@ void check_relay(int seed, int count, test::Division division)
     std::vector<int> counted(all.tiles.blocks().size(), 0);
     std::mutex mutex;
     test::on_ranks(count, division, [&](Ranks& ranks) {
+        set_thread_count(1 + seed % 3);
         std::vector<std::int64_t> weights(all.tiles.tile_numbers().size(), 1);
-        const std::vector<int> to = ranks.divide(weights);
+        const std::vector<int> to = ranks.divide(weights, {});
         std::vector<std::pair<std::uint64_t, int>> pairs;
         for (std::size_t k = 0; k < to.size(); ++k) pairs.emplace_back(all.tiles.tile_numbers()[k], to[k]);
         const TileOwners owners(pairs);
@@ -313,7 +329,7 @@ TEST(Travel, KeepsTheOrderOfOneProcess)
                             p.corner[p.cell[i][c]]          = corner_at(p.cell[i][c], step);
                             p.corner_velocity[p.cell[i][c]] = -corner_at(p.cell[i][c], step);
                         }
-                    const std::vector<int> to = ranks.divide(std::vector<std::int64_t>(tile_count, 1));
+                    const std::vector<int> to = ranks.divide(std::vector<std::int64_t>(tile_count, 1), {});
                     std::vector<Bytes> out(static_cast<std::size_t>(ranks.count()));
                     auto rank_of = [&](int i) { return to[tile_at(p.id[i], step)]; };
                     for (int i = 0; i < p.count; ++i)
