@@ -486,7 +486,10 @@ FAULTS = [
     fault("tile-before-its-neighbours", "tiles of ranks do not wait for those of lower colours", "grid/tiles.hpp",
           "if (@colour(next) <= colour(here)@) return;", "true", "unit:Relay.SumsAreThoseOfOneProcess"),
     fault("tiles-by-particles", "ranks divide particles, whatever they cost", "method/sharing.cpp",
-          "divide(ranks, tiles, list(), @has_times@, s.cuts);", "false", "pass:Ranks.TilesThatTakeLongerWeighMore"),
+          "divide(ranks, tiles, list(), @has_times@, s.cuts), {}};", "false", "pass:Ranks.TilesThatTakeLongerWeighMore"),
+    fault("rim-without-zeros", "tiles that share only a node to which one adds zero run at once", "grid/tiles.hpp",
+          "@(tile[a] + 1) * width_ + halo_ + lattice_.basis.degree + 1@, lattice_.nodes[a]);\n        }\n        return r;\n    }\n"
+          "    /// The tiles that may write", "(tile[a] + 1) * width_ + halo_ + lattice_.basis.degree", "unit:Relay.SumsAreThoseOfOneProcess"),
     fault("rim-of-a-smaller-halo", "tiles reach a node less for the plan than they write to", "grid/tiles.hpp",
           "r.lo[a] = std::max(tile[a] * width_ - @halo_@, 0);", "(halo_ - 1)", "unit:Relay.SumsAreThoseOfOneProcess"),
     fault("sums-not-shared", "ranks keep the part of a sum that they had", "grid/rim_plan.hpp",

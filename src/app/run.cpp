@@ -138,7 +138,7 @@ setup::Built<D> build_and_start(const io::CaseInput& input, const RunOptions& op
     try {
         built.emplace(io::build<D>(input, setup::kMostParticles, share));
         if (share.count > 1) require_shareable(built->model);
-    } catch (const InputError&) {
+    } catch (...) {
         failure = std::current_exception();
     }
     Ranks& ranks = launch.start();

@@ -38,7 +38,7 @@ std::string text_of_first(Ranks& ranks, double number, const Make& make)
     return {bytes.begin(), bytes.end()};
 }
 
-/// Calls of one rank in the midst of what all ranks do. After the first OutputError, which is kept for `agree`, there are no more.
+/// Calls of one rank in the midst of what all ranks do. After the first error, which is kept for `agree`, there are no more.
 class KeptFailure {
   public:
     template <class F>
@@ -47,7 +47,7 @@ class KeptFailure {
         if (failure_) return;
         try {
             f();
-        } catch (const OutputError&) {
+        } catch (...) {
             failure_ = std::current_exception();
         }
     }

@@ -19,7 +19,7 @@ class JoinedRows {
   public:
     /// The rows of one process, in their order.
     explicit JoinedRows(std::int64_t count) : ranks_(&alone()), count_(count) {}
-    /// @param places of the rows of this rank in the list, ascending; a row that several ranks have is the same on all
+    /// @param places of the rows of this rank in the list, ascending; of a row that several ranks have, that of the last of them counts
     /// @param count of the list
     JoinedRows(Ranks& ranks, std::vector<std::int64_t> places, std::int64_t count)
         : ranks_(&ranks), places_(std::make_shared<const std::vector<std::int64_t>>(std::move(places))), count_(count)
@@ -37,7 +37,7 @@ class JoinedRows {
         std::vector<std::int32_t> lengths;
         std::vector<std::size_t> begins;
         std::vector<T> numbers;
-        const std::int64_t rows = kRows * ranks_->count();
+        const std::int64_t rows = std::min(kRows * ranks_->count(), kMostRows);
         for (std::int64_t first = 0; first < count_; first += rows) {
             const std::int64_t last = std::min(first + rows, count_);
             const auto [from, to]   = own_between(first, last);
@@ -55,7 +55,7 @@ class JoinedRows {
     }
 
   private:
-    static constexpr std::int64_t kRows = 1 << 14;  ///< of a block and rank
+    static constexpr std::int64_t kRows = 1 << 14, kMostRows = 1 << 19;  ///< of a block: for each rank, and at most
 
     /// The rows of this rank with places in [first, last).
     std::pair<std::size_t, std::size_t> own_between(std::int64_t first, std::int64_t last) const

@@ -1,5 +1,5 @@
 // Ranks: processes that share one run. Each has a part of the particles; all take the same decisions, in the same order.
-// The only implementation below ranks/ is alone(), one process; tests have ranks that are threads.
+// The only implementation outside ranks/ is alone(), one process; tests have ranks that are threads.
 #pragma once
 
 #include "base/lanes.hpp"
@@ -17,7 +17,8 @@ namespace ordo {
 
 using Bytes = std::vector<unsigned char>;
 
-/// Records of nodes that go to another rank or come from it, in the order of the list. Messages from one rank to another differ in `tag`.
+/// Records of nodes that go to another rank or come from it, in the order of the list. Messages from one rank to another differ in `tag`,
+/// which is above 0.
 struct RankMessage {
     int rank = 0, tag = 0;
     std::vector<std::ptrdiff_t> nodes;
@@ -92,7 +93,7 @@ class Ranks {
     virtual void abort() {}
 
     /// The rank of each piece of work, for pieces along a curve: equal parts of all weight, one after the other. `before`, if not empty, is a
-    /// division that stays if its heaviest part has at most a twentieth more than the mean.
+    /// division that stays unless its heaviest part weighs a twentieth more than that of a new one.
     virtual std::vector<int> divide(std::span<const std::int64_t> weights, std::span<const int> before) const;
 };
 
@@ -104,12 +105,6 @@ inline std::vector<int> Ranks::divide(std::span<const std::int64_t> weights, std
     constexpr double tolerated = 1.05;
     std::int64_t all = 0, sum = 0;
     for (const std::int64_t w : weights) all += w;
-    if (!before.empty()) {
-        std::vector<std::int64_t> parts(static_cast<std::size_t>(count()), 0);
-        for (std::size_t k = 0; k < weights.size(); ++k) parts[static_cast<std::size_t>(before[k])] += weights[k];
-        const auto heaviest = static_cast<double>(*std::max_element(parts.begin(), parts.end()));
-        if (heaviest * count() <= tolerated * static_cast<double>(all)) return {before.begin(), before.end()};
-    }
     std::vector<int> to;
     to.reserve(weights.size());
     for (const std::int64_t w : weights) {
@@ -119,6 +114,12 @@ inline std::vector<int> Ranks::divide(std::span<const std::int64_t> weights, std
         to.push_back(part < count() ? part : count() - 1);
         sum += w;
     }
+    auto heaviest = [&](std::span<const int> parts) {
+        std::vector<std::int64_t> of_part(static_cast<std::size_t>(count()), 0);
+        for (std::size_t k = 0; k < parts.size(); ++k) of_part[static_cast<std::size_t>(parts[k])] += weights[k];
+        return static_cast<double>(*std::max_element(of_part.begin(), of_part.end()));
+    };
+    if (!before.empty() && heaviest(before) <= tolerated * heaviest(to)) return {before.begin(), before.end()};
     return to;
 }
 
@@ -148,6 +149,12 @@ inline double largest(Ranks& ranks, double value)
 {
     ranks.largest({&value, 1});
     return value;
+}
+
+/// The part [first, second) of `count` things that one of `parts` equal parts has.
+inline std::pair<std::int64_t, std::int64_t> part_of(std::int64_t count, int index, int parts)
+{
+    return {count * index / parts, count * (index + 1) / parts};
 }
 
 /// Appends the bytes of a value.

@@ -6,6 +6,7 @@
 #include "base/ranks.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <exception>
 #include <functional>
@@ -85,8 +86,7 @@ class TileOrder {
     void relay_messages(std::span<const NodeRecords> records, Progress& progress, int threads) const
     {
         for (const int m : progress.due_messages()) relay_->send(at(m), records);
-        if (!progress.misses_messages()) return;
-        const bool is_idle = threads == 1 && progress.has_nothing_to_do();
+        const bool is_idle = threads == 1 && progress.misses_messages() && progress.has_nothing_to_do();
         for (const std::size_t m : relay_->receive(is_idle, records)) progress.has_come(m);
     }
 
@@ -121,7 +121,7 @@ class TileOrder {
               missing_(order.in_tiles_.size())
         {
             for (std::size_t k = 0; k < before_tile_.size(); ++k)
-                if (before_tile_[k] == 0) ready_.push(order.turn_[k]);
+                if (before_tile_[k] == 0) make_ready(k);
             for (std::size_t m = 0; m < before_message_.size(); ++m)
                 if (before_message_[m] == 0) due_.push_back(static_cast<int>(m));
         }
@@ -145,10 +145,12 @@ class TileOrder {
         /// A tile that may run; -1 if there is none.
         int take()
         {
+            if (ready_count_ == 0) return -1;  // idle threads leave the lock to those that work
             const std::lock_guard lock(mutex_);
             if (ready_.empty() || failure_) return -1;
             const int turn = ready_.top();
             ready_.pop();
+            --ready_count_;
             return order_.tile_of_turn_[at(turn)];
         }
         void has_run(int tile)
@@ -162,6 +164,7 @@ class TileOrder {
         /// Whether a thread has nothing left; the one that speaks also has messages.
         bool is_over(bool speaks)
         {
+            if (tiles_left_ > 0 && !has_failed_) return false;
             const std::lock_guard lock(mutex_);
             return failure_ || (tiles_left_ == 0 && (!speaks || (missing_ == 0 && due_.empty())));
         }
@@ -173,7 +176,8 @@ class TileOrder {
                 f();
             } catch (...) {
                 const std::lock_guard lock(mutex_);
-                failure_ = std::current_exception();
+                failure_    = std::current_exception();
+                has_failed_ = true;
             }
         }
         void rethrow() const
@@ -184,14 +188,22 @@ class TileOrder {
       private:
         void release(int tile)
         {
-            if (--before_tile_[at(tile)] == 0) ready_.push(order_.turn_[at(tile)]);
+            if (--before_tile_[at(tile)] == 0) make_ready(at(tile));
+        }
+        void make_ready(std::size_t tile)
+        {
+            ready_.push(order_.turn_[tile]);
+            ++ready_count_;
         }
 
         const TileOrder& order_;
         std::vector<int> before_tile_, before_message_;
         std::priority_queue<int, std::vector<int>, std::greater<>> ready_;  ///< turns
         std::vector<int> due_;
-        std::size_t tiles_left_, missing_;  ///< `missing_` is for the thread that speaks
+        std::atomic<std::size_t> tiles_left_;
+        std::size_t missing_;  ///< messages; for the thread that speaks
+        std::atomic<std::size_t> ready_count_{0};
+        std::atomic<bool> has_failed_{false};
         std::exception_ptr failure_;
         std::mutex mutex_;
     };

@@ -101,13 +101,13 @@ class Tiles {
     {
         return static_cast<int>(block.first_node / static_cast<std::ptrdiff_t>(lattice_.node_count()));
     }
-    /// The nodes that particles of a tile may write to until the next sort.
+    /// The nodes that particles of a tile may write to until the next sort, with the zeros of stencils of fixed size.
     IndexBox<D> reached_by(const Index<D>& tile) const
     {
         IndexBox<D> r{};
         for (int a = 0; a < D; ++a) {
             r.lo[a] = std::max(tile[a] * width_ - halo_, 0);
-            r.hi[a] = std::min((tile[a] + 1) * width_ + halo_ + lattice_.basis.degree, lattice_.nodes[a]);
+            r.hi[a] = std::min((tile[a] + 1) * width_ + halo_ + lattice_.basis.degree + 1, lattice_.nodes[a]);
         }
         return r;
     }
@@ -116,7 +116,7 @@ class Tiles {
     {
         IndexBox<D> r{};
         for (int a = 0; a < D; ++a) {
-            r.lo[a] = std::max(nodes.lo[a] - halo_ - lattice_.basis.degree, 0) / width_;
+            r.lo[a] = std::max(nodes.lo[a] - halo_ - lattice_.basis.degree - 1, 0) / width_;
             r.hi[a] = std::min((nodes.hi[a] - 1 + halo_) / width_ + 1, count_[a]);
         }
         return r;
@@ -210,8 +210,8 @@ class Tiles {
         }
     }
 
-    /// f(tile) for all tiles, for scatters to these records: tiles of one colour in parallel, the colours one after the other. Afterwards the
-    /// records are sums over all ranks.
+    /// f(tile) for all tiles in parallel, for scatters to these records: tiles that share nodes run one after the other, by colour. Afterwards
+    /// the records are sums over all ranks.
     template <class F>
     void for_each_by_colour(std::initializer_list<NodeRecords> to, F&& f) const
     {
@@ -219,7 +219,7 @@ class Tiles {
         order_.run(
             std::span<const NodeRecords>(to.begin(), to.size()), [&](int k) { timed(k, f); }, is_large());
     }
-    /// The same for scatters that ranks do not share.
+    /// The same for scatters that ranks do not share, one colour after the other.
     template <class F>
     void for_each_by_colour(F&& f) const
     {

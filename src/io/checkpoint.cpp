@@ -299,16 +299,16 @@ void for_each_step(Written& w, F&& f)
     f("written_frame_step", w.frame_step);
 }
 
-/// Adds the fields of the particles and corners of all ranks. on_first(f) calls f(writer) on the first of them.
-template <int D, class OnFirst>
-void add_arrays(const Model<D>& model, State<D>& s, const OnFirst& on_first)
+/// Adds the fields of the particles and corners of all ranks. if_first(f) calls f(writer) on the first of them.
+template <int D, class IfFirst>
+void add_arrays(const Model<D>& model, State<D>& s, const IfFirst& if_first)
 {
     const JoinedRows particles = joined_particles(s), corners = joined_corners(s);
     for_each_array(model, s.particles, [&]<class T>(const std::string& name, const ArrayOf<T>& array, RowsOf of) {
         const bool is_of_corners = of == RowsOf::corners;
         const JoinedRows& rows   = is_of_corners ? corners : particles;
         const bool has_none      = is_of_corners && array.rows == 0;
-        on_first(
+        if_first(
             [&](Hdf5Writer& out) { out.begin<T>(name, has_none ? 0 : static_cast<std::size_t>(rows.count()), array.columns); });
         if (has_none) return;
         rows.for_each_block<T>([&](std::size_t) { return array.columns; },
@@ -316,7 +316,7 @@ void add_arrays(const Model<D>& model, State<D>& s, const OnFirst& on_first)
                                    const std::size_t row = is_of_corners ? static_cast<std::size_t>(rows.place(k)) : k;
                                    std::copy_n(array.data + row * array.columns, array.columns, to);
                                },
-                               [&](std::span<const T> numbers) { on_first([&](Hdf5Writer& out) { out.append(numbers); }); });
+                               [&](std::span<const T> numbers) { if_first([&](Hdf5Writer& out) { out.append(numbers); }); });
     });
 }
 
@@ -340,16 +340,16 @@ void read_state(const Hdf5Reader& in, const Model<D>& model, State<D>& s)
     Ranks& ranks       = *s.ranks;
     std::int64_t total = s.particles.count;
     ranks.add({&total, 1});
-    const std::int64_t first = total * ranks.index() / ranks.count(), last = total * (ranks.index() + 1) / ranks.count();
+    const std::pair part = part_of(total, ranks.index(), ranks.count());
     TileRecord layout;
     std::int32_t halo = 0;
     agree(ranks, [&] {
-        make_room(s.particles, field_groups(model), static_cast<int>(last - first));
+        make_room(s.particles, field_groups(model), static_cast<int>(part.second - part.first));
         for_each_array(model, s.particles, [&](const std::string& name, const auto& array, RowsOf of) {
             if (of == RowsOf::corners)
                 in.read(name, array);
             else
-                in.read_rows(name, array, static_cast<std::size_t>(first), static_cast<std::size_t>(total));
+                in.read_rows(name, array, static_cast<std::size_t>(part.first), static_cast<std::size_t>(total));
         });
         for_each_number(s, [&](const char* name, double& x) { in.read(name, ArrayOf<double>{&x, 1, 1}); });
         if (s.contacts.are_there()) s.contacts.points = read_anchors<D>(in);
@@ -357,7 +357,7 @@ void read_state(const Hdf5Reader& in, const Model<D>& model, State<D>& s)
         layout = {in.list<std::uint64_t>("layout_tiles"), in.list<std::int32_t>("layout_ends"),
                   in.list<std::uint64_t>("layout_blocks")};
     });
-    if (!restore_layout(model, s, std::move(layout), halo, first)) throw InputError("its tiles do not match its particles");
+    if (!restore_layout(model, s, std::move(layout), halo, part.first)) throw InputError("its tiles do not match its particles");
 }
 
 }  // namespace
@@ -375,6 +375,19 @@ bool Checkpoints<D>::is_due(const State<D>& s) const
     if (!wanted.wall_minutes) return false;
     const double minutes = std::chrono::duration<double>(Clock::now() - last_).count() / 60;
     return largest(*s.ranks, s.ranks->index() == 0 ? minutes : 0.0) >= *wanted.wall_minutes;
+}
+
+/// The first rank looks: others may not see yet what it has written.
+template <int D>
+std::vector<std::int64_t> Checkpoints<D>::steps_for(Ranks& ranks) const
+{
+    Bytes bytes;
+    on_first(ranks, [&] {
+        const std::vector<std::int64_t> mine = steps();
+        put_all(bytes, std::span<const std::int64_t>(mine));
+    });
+    ranks.share(bytes, 0);
+    return values_of<std::int64_t>(bytes);
 }
 
 template <int D>
@@ -403,7 +416,7 @@ void Checkpoints<D>::write_file(State<D>& s, Written written)
     std::optional<PartName> file;
     std::optional<Hdf5Writer> writer;
     KeptFailure failure;
-    auto on_first = [&](const auto& f) {
+    auto if_first = [&](const auto& f) {
         if (s.ranks->index() == 0) failure.run([&] { f(*writer); });
     };
     if (s.ranks->index() == 0)
@@ -412,9 +425,9 @@ void Checkpoints<D>::write_file(State<D>& s, Written written)
             writer.emplace(file->part(), kHead);
             writer->add_text("case", identity_);
         });
-    add_arrays(model_, s, on_first);
+    add_arrays(model_, s, if_first);
     const Gathered<D> gathered(s);
-    on_first([&](Hdf5Writer& out) {
+    if_first([&](Hdf5Writer& out) {
         add_state(out, s);
         for_each_list(written, [&](const char* name, const auto& list) { out.add(name, list); });
         for_each_step(written, [&](const char* name, std::int64_t step) { out.add(name, std::vector<std::int64_t>{step}); });
@@ -476,7 +489,7 @@ Written Checkpoints<D>::read(const std::string& which, Simulation<D>& sim) const
         }
     }
     std::string reasons;
-    for (const std::int64_t step : steps()) {
+    for (const std::int64_t step : steps_for(*sim.state().ranks)) {
         const std::filesystem::path file = directory_.path() / checkpoint_file(step);
         try {
             Written w = read_file(file, sim);

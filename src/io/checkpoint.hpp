@@ -42,6 +42,7 @@ class Checkpoints {
     void remove_older(std::int64_t step);
     Written read_file(const std::filesystem::path& file, Simulation<D>& sim) const;
     std::vector<std::int64_t> steps() const;  ///< of those in the directory, newest first
+    std::vector<std::int64_t> steps_for(Ranks& ranks) const;
 
     const CaseInput& input_;
     const Model<D>& model_;

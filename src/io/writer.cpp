@@ -315,7 +315,8 @@ void Writer<D>::frame(State<D>& s)
     on_first(ranks_, [&] { file = directory_.file(frame_file("particles", number)); });
     write_particles(file, model_, s, style_of(input_.output));
     {
-        const Gathered<D> gathered(s, [=](const IndexBox<D>&) { return has_grid; });
+        std::optional<Gathered<D>> gathered;
+        if (has_grid) gathered.emplace(s, [](const IndexBox<D>&) { return true; });
         on_first(ranks_, [&] {
             if (has_grid) write_grid(directory_.file(frame_file("grid", number)), s);
             if (!model_.contacts.empty()) write_contacts(directory_.file(frame_file("contact", number)), model_, s);

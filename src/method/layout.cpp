@@ -45,7 +45,9 @@ void assign(const Model<D>& model, const Lattice<D>& lattice, Tiles<D>& tiles, S
     if (!order.empty()) permute(particles, order);
     if (s.ranks->is_alone()) return;
     join_rims(*s.ranks, model.method, lattice, division.owners, tiles);
-    for (std::size_t k = 0; k < tiles.tile_numbers().size(); ++k) tiles.weigh(k, division.seconds.at(tiles.tile_numbers()[k]));
+    for (std::size_t k = 0; k < tiles.tile_numbers().size(); ++k)
+        if (const auto known = division.seconds.find(tiles.tile_numbers()[k]); known != division.seconds.end())
+            tiles.weigh(k, known->second);
 }
 
 /// The corners of cells by the velocity field of the body that they belong to; without those of other ranks.

@@ -43,11 +43,12 @@ void require_shareable(const Model<D>& model)
 
 namespace {
 
-/// A tile by its number, how many particles it holds, and how long these have taken since the last sort, s.
+constexpr double kPicosecond = 1e-12;
+
+/// A tile by its number, how many particles it holds, and how long these have taken since the last sort, ps.
 struct Filled {
     std::uint64_t tile;
-    std::int64_t particles;
-    double seconds;
+    std::int64_t particles, time;
 };
 
 template <int D>
@@ -55,7 +56,7 @@ std::vector<Filled> filled_tiles(const Tiles<D>& tiles)
 {
     std::vector<Filled> r;
     for (std::size_t k = 0; k < tiles.tiles().size(); ++k)
-        r.push_back({tiles.tile_numbers()[k], tiles.tiles()[k].end - tiles.tiles()[k].begin, 0.0});
+        r.push_back({tiles.tile_numbers()[k], tiles.tiles()[k].end - tiles.tiles()[k].begin, 0});
     return r;
 }
 
@@ -71,8 +72,8 @@ TileOwners divide(const Ranks& ranks, const Tiles<D>& tiles, const std::vector<F
     const int bits = bits_of(tiles.count());
     std::vector<OnCurve> curve;
     for (const Filled& one : filled)
-        curve.push_back({hilbert_number(tiles.place_of_tile(one.tile), bits), one.tile,
-                         has_times ? std::llround(1e9 * one.seconds) + 1 : one.particles});
+        curve.push_back(
+            {hilbert_number(tiles.place_of_tile(one.tile), bits), one.tile, has_times ? one.time + 1 : one.particles});
     std::sort(curve.begin(), curve.end(),
               [](const OnCurve& a, const OnCurve& b) { return std::pair(a.place, a.tile) < std::pair(b.place, b.tile); });
     const bool has_cuts = cuts.width == tiles.width() && cuts.bits == bits;
@@ -173,17 +174,19 @@ void distribute(const Model<D>& model, const Lattice<D>& lattice, std::int64_t f
 
 namespace {
 
-/// What the passes have taken since the last sort for each particle, s: its part of its tile. Empty if they have not been measured.
+/// What the passes have taken since the last sort for each particle, ps: its part of its tile. Whole numbers have one sum on all ranks. Empty
+/// if times have not been measured.
 template <int D>
-std::vector<double> seconds_a_particle(const State<D>& s)
+std::vector<std::int64_t> times_of_particles(const State<D>& s)
 {
     const Tiles<D>& tiles = s.field.tiles;
-    std::vector<double> r;
+    std::vector<std::int64_t> r;
     for (std::size_t k = 0; k < tiles.tiles().size() && tiles.is_shared(); ++k) {
         const Tile& tile = tiles.tiles()[k];
         if (tile.begin == tile.end) continue;
         if (tiles.seconds(k) == 0) return {};
-        r.insert(r.end(), static_cast<std::size_t>(tile.end - tile.begin), tiles.seconds(k) / (tile.end - tile.begin));
+        const double seconds = tiles.seconds(k) / (tile.end - tile.begin);
+        r.insert(r.end(), static_cast<std::size_t>(tile.end - tile.begin), std::llround(seconds / kPicosecond));
     }
     return r;
 }
@@ -193,18 +196,18 @@ std::vector<double> seconds_a_particle(const State<D>& s)
 template <int D>
 Division migrate(const Model<D>& model, State<D>& s, const Tiles<D>& tiles, const std::function<std::uint64_t(int)>& tile_of)
 {
-    Ranks& ranks                      = *s.ranks;
-    Particles<D>& p                   = s.particles;
-    const std::vector<double> seconds = seconds_a_particle(s);
+    Ranks& ranks                          = *s.ranks;
+    Particles<D>& p                       = s.particles;
+    const std::vector<std::int64_t> times = times_of_particles(s);
     std::vector<std::uint64_t> tile(static_cast<std::size_t>(p.count));
     std::map<std::uint64_t, Filled> all;
     auto last = all.end();  // most particles are still in the tile of the one before
     for (int i = 0; i < p.count; ++i) {
         const auto k               = static_cast<std::size_t>(i);
         const std::uint64_t number = tile[k] = tile_of(i);
-        if (last == all.end() || last->first != number) last = all.try_emplace(number, Filled{number, 0, 0.0}).first;
+        if (last == all.end() || last->first != number) last = all.try_emplace(number, Filled{number, 0, 0}).first;
         ++last->second.particles;
-        if (!seconds.empty()) last->second.seconds += seconds[k];
+        if (!times.empty()) last->second.time += times[k];
     }
     auto list = [&] {
         std::vector<Filled> r;
@@ -215,14 +218,16 @@ Division migrate(const Model<D>& model, State<D>& s, const Tiles<D>& tiles, cons
     all.clear();
     for (const std::vector<Filled>& of_rank : gather_all(ranks, mine))
         for (const Filled& one : of_rank) {
-            Filled& sum = all.try_emplace(one.tile, Filled{one.tile, 0, 0.0}).first->second;
+            Filled& sum = all.try_emplace(one.tile, Filled{one.tile, 0, 0}).first->second;
             sum.particles += one.particles;
-            sum.seconds += one.seconds;
+            sum.time += one.time;
         }
-    const bool has_times = largest(ranks, p.count > 0 && seconds.empty() ? 1 : 0) == 0;
+    const bool has_times = largest(ranks, p.count > 0 && times.empty() ? 1 : 0) == 0;
     Division r{divide(ranks, tiles, list(), has_times, s.cuts), {}};
     constexpr double kept = 0.8;  // of a time at the next sort
-    for (const auto& [number, one] : all) r.seconds[number] = has_times ? kept * one.seconds : 0.0;
+    for (const auto& [number, one] : all)
+        if (has_times && r.owners.rank_of(number) == ranks.index())
+            r.seconds[number] = kept * kPicosecond * static_cast<double>(one.time);
 
     std::vector<int> to(tile.size());
     for (std::size_t k = 0; k < to.size(); ++k) to[k] = k > 0 && tile[k] == tile[k - 1] ? to[k - 1] : r.owners.rank_of(tile[k]);
@@ -288,7 +293,7 @@ Tiles<D> gathered_tiles(const State<D>& s, const std::vector<Piece>& pieces)
         record.ends.push_back(end += static_cast<std::int32_t>(one.count));
     }
     Tiles<D> tiles(s.lattice, s.field.tiles.halo(), end, s.field.tiles.fields());
-    tiles.restore(std::move(record), end);
+    if (!tiles.restore(std::move(record), end)) throw std::logic_error("the tiles of the ranks do not fit together");
     return tiles;
 }
 
@@ -340,7 +345,7 @@ JoinedRows joined_corners(const State<D>& s)
     const Particles<D>& p = s.particles;
     const auto count      = static_cast<std::int64_t>(p.corner.size());
     if (s.ranks->is_alone()) return JoinedRows(count);
-    std::vector<bool> is_own(p.corner.size(), false);
+    std::vector<bool> is_own(p.corner.size(), s.ranks->index() == 0);  // the first also has those of no cell
     for (const CornerIds<D>& cell : p.cell)
         for (int c = 0; c < cell.count(); ++c) is_own[static_cast<std::size_t>(cell[c])] = true;
     std::vector<std::int64_t> places;

@@ -25,8 +25,8 @@ void require_shareable(const Model<D>& model);
 template <int D>
 void distribute(const Model<D>& model, const Lattice<D>& lattice, std::int64_t first, Tiles<D>& tiles, State<D>& s);
 
-/// Whose the tiles of a sort are, and what the particles in each have taken before it, s: one window between sorts says little, so older
-/// ones count too, each for less than the next.
+/// Whose the tiles of a sort are, and what the particles in each of this rank have taken before it, s: one window between sorts says little,
+/// so older ones count too, each for less than the next. Without times of all tiles there are none.
 struct Division {
     TileOwners owners;
     std::map<std::uint64_t, double> seconds;

@@ -53,7 +53,10 @@ class MpiRelay final : public Relay {
     }
     std::vector<std::size_t> receive(bool is_idle, std::span<const NodeRecords> records) override
     {
-        int count        = 0;
+        int count = 0, all_sent = 0;
+        if (!is_idle)  // MPI moves long messages only while it is called
+            require(MPI_Testall(static_cast<int>(sending_.size()), sending_.data(), &all_sent, MPI_STATUSES_IGNORE),
+                    "MPI_Testall");
         const auto which = is_idle ? MPI_Waitsome : MPI_Testsome;
         require(which(static_cast<int>(receiving_.size()), receiving_.data(), &count, come_.data(), MPI_STATUSES_IGNORE),
                 is_idle ? "MPI_Waitsome" : "MPI_Testsome");
@@ -92,6 +95,7 @@ class MpiRanks final : public Ranks {
     {
         int provided = 0;
         require(MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided), "MPI_Init_thread");
+        if (provided < MPI_THREAD_FUNNELED) throw std::runtime_error("this MPI cannot run beside threads");
         require(MPI_Comm_dup(MPI_COMM_WORLD, &comm_), "MPI_Comm_dup");
         MPI_Comm_size(comm_, &count_);
         MPI_Comm_rank(comm_, &index_);

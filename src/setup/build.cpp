@@ -22,7 +22,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 namespace ordo::setup {
 
@@ -99,8 +98,8 @@ struct Range {
 /// The particles of a share of all.
 Range range_of(const Share& share, int count)
 {
-    auto at = [&](int part) { return static_cast<int>(static_cast<std::int64_t>(count) * part / share.count); };
-    return {at(share.index), at(share.index + 1)};
+    const auto [begin, end] = part_of(count, share.index, share.count);
+    return {static_cast<int>(begin), static_cast<int>(end)};
 }
 
 /// Bodies before they become particles.

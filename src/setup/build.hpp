@@ -21,8 +21,8 @@ struct Share {
 /// Builds the case. Throws SetupError for invalid parts, bodies outside the grid or beyond a boundary, overlapping bodies, velocities that
 /// are not finite, more particles than `most_particles`, before it makes them, and where require_runnable does.
 /// Of a share, sums over particles, notes and checks of shapes are those of the whole case, reports on bodies those of the share;
-/// require_runnable is left to the caller. Shares of shapes take the memory of their own particles only; where cells have shared corners,
-/// with tractions and with contacts, all particles are made first.
+/// require_runnable is left to the caller. Shares of shapes take the memory of their own particles, and of seeds in the bounding boxes of
+/// other bodies; where cells have shared corners, with tractions and with contacts, all particles are made first.
 template <int D>
 Built<D> build(CaseSpec<D> spec, double most_particles = kMostParticles, const Share& share = {});
 

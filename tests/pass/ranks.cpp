@@ -95,6 +95,15 @@ Seen look(const Model<D>& model, State<D>& s)
     return r;
 }
 
+/// Keeps the part of particles that a rank starts with. Returns the place of the first.
+template <int D>
+std::int64_t keep_part(Particles<D>& p, const Ranks& ranks)
+{
+    const auto [begin, end] = part_of(p.count, ranks.index(), ranks.count());
+    keep_particles(p, static_cast<int>(begin), static_cast<int>(end));
+    return begin;
+}
+
 /// Two bodies that fly across a grid between walls and tumble; some of their particles are driven, gravity and a body force act.
 template <int D>
 struct Flight {
@@ -145,8 +154,7 @@ struct Flight {
     {
         const Model<D>& m = scheme.model();
         Particles<D> p    = plant(m).first;
-        const int count   = p.count;
-        keep_particles(p, count * ranks.index() / ranks.count(), count * (ranks.index() + 1) / ranks.count());
+        keep_part(p, ranks);
         State<D> s = scheme.start(std::move(p), ranks);
         set_velocities(
             s.particles, 0, s.particles.count,
@@ -292,11 +300,10 @@ void check_case(const std::string& name, const std::vector<std::string>& changes
         const setup::Share share = has_shares ? setup::Share{ranks.index(), ranks.count()} : setup::Share{};
         Simulation<D> sim(io::build<D>(input, setup::kMostParticles, share), {}, {}, has_shares ? ranks : alone());
         if (!has_shares) {
-            State<D>& s     = sim.state();
-            const int count = s.particles.count, first = count * ranks.index() / ranks.count();
+            State<D>& s       = sim.state();
             TileRecord layout = s.field.tiles.record();
-            keep_particles(s.particles, first, count * (ranks.index() + 1) / ranks.count());
-            s.ranks = &ranks;
+            const auto first  = keep_part(s.particles, ranks);
+            s.ranks           = &ranks;
             EXPECT_TRUE(restore_layout(sim.model(), s, std::move(layout), s.field.tiles.halo(), first));
         }
         std::vector<Seen> seen;

@@ -119,6 +119,21 @@ class Ranks(InTemporaryDirectory):
             self.good_on(count, "case.toml", "--output", f"on{count}", threads=threads)
             self.assert_same_files("one", f"on{count}")
 
+    def test_frames_of_every_kind(self):
+        """On more ranks than have tiles, some of them."""
+        self.write_flight()
+        kinds = {
+            "compressed": ('output.compression="zlib"', "method.preset=cpdi2", "output.every=3"),
+            "points": ('output.particles="points"', 'output.precision="float32"', "method.preset=cpdi2t"),
+            "coarse": ("grid.spacing=0.25", "method.preset=mpm", 'output.fields=["stress", "deformation_gradient"]'),
+        }
+        for name, settings in kinds.items():
+            with self.subTest(name):
+                sets = [word for setting in ("time.end=0.08", *settings) for word in ("--set", setting)]
+                self.run_good("case.toml", "--output", name, *sets)
+                self.good_on(7, "case.toml", "--output", f"{name}-on7", *sets)
+                self.assert_same_files(name, f"{name}-on7")
+
     def test_cases(self):
         """So many steps as take seconds; in the nightly the whole cases, on other numbers of ranks too."""
         small = {

@@ -70,12 +70,15 @@ TEST(Ranks, KeepCutsThatDivideWell)
     std::vector<std::int64_t> weights(400, 100);
     std::vector<int> before(400);
     for (std::size_t k = 0; k < before.size(); ++k) before[k] = k < 104 ? 0 : k < 200 ? 1 : k < 300 ? 2 : 3;
-    EXPECT_EQ(ranks.divide(weights, before), before);  // the heaviest has 1.04 of the mean
-    weights[0] = 600;
+    EXPECT_EQ(ranks.divide(weights, before), before);  // the heaviest has 1.04 of what it could have
+    weights[0]                  = 600;
     const std::vector<int> anew = ranks.divide(weights, before);
     EXPECT_EQ(anew, ranks.divide(weights, {}));
     EXPECT_EQ(anew[97], 1);
     EXPECT_EQ(anew[95], 0);
+    // Few heavy pieces, which cannot be divided well.
+    const std::vector<std::int64_t> heavy = {90, 100, 110, 100, 95};
+    EXPECT_EQ(ranks.divide(heavy, std::vector{0, 1, 2, 3, 3}), (std::vector{0, 1, 2, 3, 3}));
 }
 
 TEST(Ranks, AgreeOnTheFirst)
@@ -140,7 +143,7 @@ struct Writing {
         IndexBox<D> r{};
         for (int a = 0; a < D; ++a) {
             r.lo[a] = std::max(place[a] * tiles.width() - tiles.halo(), 0);
-            r.hi[a] = std::min((place[a] + 1) * tiles.width() + tiles.halo() + lattice.basis.degree, lattice.nodes[a]);
+            r.hi[a] = std::min((place[a] + 1) * tiles.width() + tiles.halo() + lattice.basis.degree + 1, lattice.nodes[a]);
         }
         return r;
     }
