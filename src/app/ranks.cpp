@@ -67,14 +67,13 @@ StartRanks* starter()
             if (void* address = dlsym(handle, "ordo_start_ranks")) return reinterpret_cast<StartRanks*>(address);
         reason = dlerror();
     }
-    throw InputError(
-        reason.empty()
-            ? fmt::format(
-                  "{}, but this ordo was built without ranks: build with -DORDO_RANKS=ON "
-                  "(packages libopenmpi-dev openmpi-bin), or start it without mpiexec or srun, with --threads for more cores; if each process "
-                  "has a case of its own, unset {}",
-                  started(), launcher()->of_count)
-            : fmt::format("{} cannot be loaded: {}; install the packages that it was built with", kLibrary, reason));
+    throw InputError(reason.empty()
+                         ? fmt::format("{}, but this ordo was built without ranks: build with -DORDO_RANKS=ON "
+                                       "(packages libopenmpi-dev openmpi-bin), or start it without mpiexec or srun, with "
+                                       "--threads for more cores; if each process "
+                                       "has a case of its own, unset {}",
+                                       started(), launcher()->of_count)
+                         : fmt::format("{} cannot be loaded: {}; install the packages that it was built with", kLibrary, reason));
 }
 
 std::string model_of_processor()
