@@ -16,36 +16,7 @@ import subprocess
 import sys
 import tempfile
 
-from ranks_speed import FREE
-
-CASE = """\
-gravity = [0.0, 0.0, -10.0]
-[grid]
-dim = 3
-size = [{size}, {size}, {size}]
-spacing = 1.0
-[method]
-preset = "{method}"
-[time]
-end = 0.002
-dt = 0.001
-[[material]]
-name = "rubber"
-density = 1000.0
-young = 1e6
-poisson = 0.3
-[[body]]
-material = "rubber"
-shape = "box"
-lower = 2.0
-upper = {upper}
-[output]
-interval = 1.0
-fields = ["velocity"]
-particles = "points"
-[checkpoint]
-steps = 1
-"""
+from ranks_speed import FREE, case_of
 
 
 def run_and_tell(line):
@@ -58,7 +29,8 @@ def run_and_tell(line):
 def peaks(ranks, ordo, folder, *words):
     """Of the ranks of a run, MB, ascending; `ranks` 0: one process without mpiexec."""
     launcher = ["mpiexec", "-n", str(ranks)] if ranks else []
-    line = [*launcher, sys.executable, __file__, "--child", ordo, "run", "case.toml", "--quiet", "--threads", "1", *words]
+    line = [*launcher, sys.executable, __file__, "--child", ordo, "run", "case.toml", "--quiet", "--threads", "1"]
+    line += ["--set", "checkpoint.steps=1", *words]
     done = subprocess.run(line, cwd=folder, text=True, capture_output=True, env={**os.environ, **FREE})
     if done.returncode != 0:
         sys.exit(done.stdout + done.stderr)
@@ -75,11 +47,11 @@ def main():
     parser.add_argument("--method", default="mpm")
     given = parser.parse_args()
     ordo = given.ordo.resolve()
-    cells = max(round((given.particles / 8) ** (1 / 3)), 2)
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        (folder / "case.toml").write_text(CASE.format(size=cells + 4, upper=cells + 2.0, method=given.method))
-        print(f"{given.method}, {8 * cells**3} particles, peaks in MB")
+        text, particles = case_of(given.method, "box", given.particles, steps=2)
+        (folder / "case.toml").write_text(text)
+        print(f"{given.method}, {particles} particles, peaks in MB")
         print("one process:", *peaks(0, ordo, folder, "--output", "one"))
         print(f"{given.ranks} ranks:", *peaks(given.ranks, ordo, folder, "--output", "many"))
         restart = ["--output", "many", "--restart", "many/checkpoint_000000001.h5"]

@@ -60,6 +60,15 @@ FREE = {
 }
 
 
+def case_of(method, shape, particles, steps):
+    """The text of a case, and about how many particles it has."""
+    cells = max(round((particles / 8) ** (1 / 3)), 2)
+    dt = 0.1
+    end = dt * steps
+    size = math.ceil(1.25 * cells) + 8 + int(end)
+    return CASE.format(method=method, size=size, shape=SHAPES[shape](cells), dt=dt, end=end), 8 * cells**3
+
+
 def seconds(ordo, case, processes, threads, folder):
     """Of the steps of a run, as its last progress line has them."""
     launcher = ["mpiexec", "-n", str(processes)] if processes else []
@@ -80,21 +89,18 @@ def main():
     parser.add_argument("--turns", type=int, default=5)
     parser.add_argument("--methods", default="mpm,cpdi1")
     given = parser.parse_args()
-    cells = max(round((given.particles / 8) ** (1 / 3)), 2)
-    dt = 0.1
     with tempfile.TemporaryDirectory() as folder:
         for method in given.methods.split(","):
             case = pathlib.Path(folder) / f"{method}.toml"
-            end = dt * given.steps
-            size = math.ceil(1.25 * cells) + 8 + int(end)
-            case.write_text(CASE.format(method=method, size=size, shape=SHAPES[given.shape](cells), dt=dt, end=end))
+            text, particles = case_of(method, given.shape, given.particles, given.steps)
+            case.write_text(text)
             times = {(ordo, way): [] for ordo in given.ordo for way in WAYS}
             for _ in range(given.turns):
                 for ordo, way in times:
                     times[ordo, way].append(seconds(ordo.resolve(), case, *WAYS[way], folder))
             for ordo in given.ordo:
                 medians = {way: statistics.median(times[ordo, way]) for way in WAYS}
-                print(f"{ordo}: {method}, {given.shape} of {8 * cells**3} particles, {given.steps} steps: ", end="")
+                print(f"{ordo}: {method}, {given.shape} of {particles} particles, {given.steps} steps: ", end="")
                 print(", ".join(f"{way} {t:.2f} s" for way, t in medians.items()))
                 print(f"  speed of 1 rank over one process: {medians['one process'] / medians['1 rank']:.3f}")
                 print(f"  speed of 2 ranks over 2 threads: {medians['2 threads'] / medians['2 ranks']:.3f}")

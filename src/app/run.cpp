@@ -134,18 +134,14 @@ setup::Built<D> build_and_start(const io::CaseInput& input, const RunOptions& op
 {
     const setup::Share share = launched_share();
     std::optional<setup::Built<D>> built;
-    std::exception_ptr failure;  // perhaps on some ranks only, which cannot tell the others yet
-    try {
+    KeptFailure failure;  // perhaps on some ranks only, which cannot tell the others yet
+    failure.run([&] {
         built.emplace(io::build<D>(input, setup::kMostParticles, share));
         if (share.count > 1) require_shareable(built->model);
-    } catch (...) {
-        failure = std::current_exception();
-    }
+    });
     Ranks& ranks = launch.start();
     if (!options.has_threads) launch.divide_threads();
-    agree(ranks, [&] {
-        if (failure) std::rethrow_exception(failure);
-    });
+    agree(ranks, [&] { failure.rethrow(); });
     if (share.count > 1) io::require_runnable(input, *built, ranks);
     return std::move(*built);
 }

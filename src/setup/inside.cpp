@@ -152,7 +152,7 @@ void require_inside(const BodySpec<D>& b, int k, const Filling<D>& filling, cons
         for (int a = 0; a < D; ++a)
             if (!model.periodic[a]) require_seed_inside(b, k, s, a, model);
     });
-    filling.walk([&](const Seed<D>& s) { require_out_of_walls(b, k, s, model); });
+    if (!model.walls.empty()) filling.walk([&](const Seed<D>& s) { require_out_of_walls(b, k, s, model); });
     require_mesh_inside(b, k, filling.mesh, model);
 }
 

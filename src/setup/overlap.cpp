@@ -16,6 +16,13 @@ namespace ordo::setup {
 
 namespace {
 
+/// Only particles of lists may overlap others of their body.
+template <int D>
+bool is_listed(const BodySpec<D>& body)
+{
+    return std::holds_alternative<std::vector<Seed<D>>>(body.shape);
+}
+
 /// Copies of the seeds that may overlap others, in bins of the size of a grid cell.
 template <int D>
 class Candidates {
@@ -25,8 +32,7 @@ class Candidates {
     {
         const std::vector<Bounds<D>> bounds = bounds_of(seeds);
         for_each_seed(seeds, [&](const Seed<D>& s, int k) {
-            const bool is_listed = std::holds_alternative<std::vector<Seed<D>>>(bodies[k].shape);
-            if (!is_listed && !is_near_another(s.x, reach_of_domain(s), k, bounds)) return;
+            if (!is_listed(bodies[k]) && !is_near_another(s.x, reach_of_domain(s), k, bounds)) return;
             bins_.emplace_back(bin_of(s.x), static_cast<int>(seeds_.size()));
             seeds_.push_back(s);
             body_.push_back(k);
@@ -123,6 +129,7 @@ template <int D>
 void require_apart(const std::vector<BodySpec<D>>& bodies, std::vector<SeedWalk<D>> seeds, const Model<D>& model)
 {
     require_boxes_apart(bodies, model);
+    if (bodies.size() == 1 && !is_listed(bodies[0])) return;
     // The seed of a mesh cell is a box of its volume, which reaches out of slender cells: less than half of it counts.
     for (std::size_t k = 0; k < bodies.size(); ++k)
         if (is_mesh(bodies[k]))
