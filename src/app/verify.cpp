@@ -2,16 +2,13 @@
 #include "base/error.hpp"
 #include "io/file.hpp"
 #include "io/message.hpp"
-#include "io/method_names.hpp"
-#include "io/schema.hpp"
+#include "verification/choice.hpp"
 #include "verification/report.hpp"
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <new>
 #include <optional>
 #include <utility>
 
@@ -24,54 +21,6 @@ namespace ordo::app {
 namespace {
 
 using namespace verification;
-
-const Case& find_case(const std::string& name)
-{
-    std::vector<std::string> names;
-    for (const Case& c : cases()) {
-        if (c.name == name) return c;
-        names.push_back(c.name);
-    }
-    throw InputError(fmt::format("{}: there is no such verification case. {}", name, io::suggestion(name, names)));
-}
-
-/// The studies to run: those of the case, or of all cases. If cells, ppc, set or methods are given for a case: one study per
-/// method with these and the defaults of the case.
-std::vector<Resolved> choose_studies(const VerifyOptions& options)
-{
-    for (const std::string& m : options.methods) io::preset_called(m);
-    for (std::size_t k = 1; k < options.cells.size(); ++k)
-        if (options.cells[k] <= options.cells[k - 1])
-            throw InputError(
-                fmt::format("--cells: {} after {}; list meshes from coarse to fine", options.cells[k], options.cells[k - 1]));
-    const bool is_custom = !options.cells.empty() || options.ppc || !options.overrides.empty() || !options.methods.empty();
-    std::vector<Resolved> studies;
-    if (options.all) {
-        if (!options.cells.empty() || options.ppc || !options.overrides.empty())
-            throw InputError("--all runs the studies of all cases as they are; --cells, --ppc and --set need a case");
-        for (const Case& c : cases())
-            for (const Study& s : c.studies)
-                if (options.methods.empty() ||
-                    std::find(options.methods.begin(), options.methods.end(), s.method) != options.methods.end())
-                    studies.push_back(resolve(c, s));
-        return studies;
-    }
-    const Case& c = find_case(options.name);
-    if (!is_custom) {
-        for (const Study& s : c.studies) studies.push_back(resolve(c, s));
-        return studies;
-    }
-    std::vector<std::string> methods = options.methods;
-    for (const Study& s : c.studies)
-        if (options.methods.empty() && std::find(methods.begin(), methods.end(), s.method) == methods.end())
-            methods.push_back(s.method);
-    for (const std::string& m : methods) {
-        Study study{.method = m, .ppc = options.ppc.value_or(0), .set = {}, .cells = options.cells, .bars = {}};
-        for (const std::string& text : options.overrides) study.set.emplace_back(parse_setting(text));
-        studies.push_back(resolve(c, study));
-    }
-    return studies;
-}
 
 /// Prints to stdout, or to stderr if stdout is for the JSON. A stderr that cannot be written does not end the run.
 void print(std::FILE* table, const std::string& text)
@@ -126,22 +75,6 @@ class Data {
 
     std::filesystem::path directory_;
 };
-
-Row run_row(const Resolved& study, int cells, bool is_recorded)
-{
-    Request request     = study.request;
-    request.cells       = cells;
-    request.is_recorded = is_recorded;
-    try {
-        return study.of->run(request);
-    } catch (const std::bad_alloc&) {
-        Row row{};
-        row.cells  = cells;
-        row.h      = 1.0 / cells;
-        row.failed = "out of memory";
-        return row;
-    }
-}
 
 Result run_study(const Resolved& study, const Data* data, int number, std::FILE* table)
 {
@@ -214,7 +147,9 @@ class Figures {
 
 int verify(const VerifyOptions& options)
 {
-    const std::vector<Resolved> studies = choose_studies(options);
+    StudyChoice choice{options.name, options.all, options.methods, options.cells, options.ppc, {}};
+    for (const std::string& text : options.overrides) choice.settings.push_back(parse_setting(text));
+    const std::vector<Resolved> studies = choose_studies(choice);
     if (options.json && *options.json != "-") require_writable_file("--json", *options.json);
     std::optional<Data> data;
     if (options.data) data.emplace("--data", *options.data);

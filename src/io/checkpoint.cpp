@@ -23,7 +23,7 @@ namespace ordo::io {
 
 namespace {
 
-constexpr int kFormat             = 9;    ///< of the file; raise it with every change of its content
+constexpr int kFormat             = 10;   ///< of the file; raise it with every change of its content
 constexpr std::size_t kHead       = 512;  ///< bytes of text before HDF5 begins (HDF5's user block)
 constexpr std::string_view kFirst = "ordo checkpoint\n";
 
@@ -360,7 +360,101 @@ void read_state(const Hdf5Reader& in, const Model<D>& model, State<D>& s)
     if (!restore_layout(model, s, std::move(layout), halo, part.first)) throw InputError("its tiles do not match its particles");
 }
 
+// ---- the file with its content ------------------------------------------------------------------------------------------
+
+/// The first rank writes, with what all have. `identity` must be that of the reader.
+template <int D>
+void write_state_file(const std::filesystem::path& path, CaseInput input, const std::string& identity, const Model<D>& model,
+                      State<D>& s, Written written)
+{
+    input.output.directory.clear();  // files of a case are the same wherever they go
+    std::optional<PartName> file;
+    std::optional<Hdf5Writer> writer;
+    KeptFailure failure;
+    auto if_first = [&](const auto& f) {
+        if (s.ranks->index() == 0) failure.run([&] { f(*writer); });
+    };
+    if (s.ranks->index() == 0)
+        failure.run([&] {
+            file.emplace(path);
+            writer.emplace(file->part(), kHead);
+            writer->add_text("case", identity);
+            writer->add_text("input", echo_case(input));
+        });
+    add_arrays(model, s, if_first);
+    const Gathered<D> gathered(s);
+    if_first([&](Hdf5Writer& out) {
+        add_state(out, s);
+        for_each_list(written, [&](const char* name, const auto& list) { out.add(name, list); });
+        for_each_step(written, [&](const char* name, std::int64_t step) { out.add(name, std::vector<std::int64_t>{step}); });
+        out.close();
+        writer.reset();
+        seal(file->part());
+        file->commit();
+    });
+    agree(*s.ranks, [&] { failure.rethrow(); });
+}
+
+/// Reads a state into a simulation at its start. check(written) may throw, before anything has changed.
+template <int D, class Check>
+Written read_state_file(const std::filesystem::path& file, const std::string& identity, Simulation<D>& sim, const Check& check)
+{
+    State<D>& s  = sim.state();
+    Ranks& ranks = *s.ranks;
+    std::string program;
+    on_first(ranks, [&] { program = require_whole(file); });
+    std::optional<Hdf5Reader> in;
+    Written w;
+    agree(ranks, [&] {
+        in.emplace(file);
+        const std::string was = in->text("case");
+        if (was != identity) throw InputError(fmt::format("it is of another case: {}", difference(was, identity)));
+        for_each_list(w, [&]<class T>(const char* name, std::vector<T>& list) { list = in->list<T>(name); });
+        for_each_step(w, [&](const char* name, std::int64_t& step) { in->read(name, ArrayOf<std::int64_t>{&step, 1, 1}); });
+        check(std::as_const(w));
+        if (w.stage < s.stage)
+            throw InputError("it is of an earlier stage than one that was tried before; name it with --restart");
+    });
+    sim.prepare_stage(static_cast<int>(w.stage));
+    read_state(*in, sim.model(), s);
+    s.n = static_cast<long>(w.step);
+    if (ranks.index() == 0 && program != this_program())
+        say("ordo: warning: {} was written by {} (commit, compiler, instructions), and this is {}: numbers may differ in their "
+            "last digits\n",
+            file.string(), program, this_program());
+    return w;
+}
+
 }  // namespace
+
+template <int D>
+void save_state(const std::filesystem::path& file, const CaseInput& input, Simulation<D>& sim, const Written& written)
+{
+    if (!has_hdf5()) throw InputError(std::string(kNoHdf5));
+    write_state_file(file, input, identity_of(input), sim.model(), sim.state(), written);
+}
+
+template <int D>
+Written restore_state(const std::filesystem::path& file, const CaseInput& input, Simulation<D>& sim)
+{
+    if (!has_hdf5()) throw InputError(std::string(kNoHdf5));
+    try {
+        return read_state_file(file, identity_of(input), sim, [](const Written&) {});
+    } catch (const InputError& e) {
+        throw InputError(one_line(fmt::format("{}: {}", file.string(), e.what())));
+    }
+}
+
+CaseInput case_of_checkpoint(const std::filesystem::path& file)
+{
+    if (!has_hdf5()) throw InputError(std::string(kNoHdf5));
+    try {
+        require_whole(file);
+        return read_case_text(Hdf5Reader(file).text("input"), "case in " + file.filename().string(), {});
+    } catch (const InputError& e) {
+        throw InputError(one_line(fmt::format("{}: {}", file.string(), e.what())));
+    }
+}
 
 template <int D>
 Checkpoints<D>::Checkpoints(const CaseInput& input, const Model<D>& model, RunDirectory& directory)
@@ -401,43 +495,21 @@ std::vector<std::int64_t> Checkpoints<D>::steps() const
 }
 
 template <int D>
-void Checkpoints<D>::write(State<D>& s, Written written)
+void Checkpoints<D>::write(State<D>& s, const Written& written)
 {
     if (last_step_ == s.n) return;
-    write_file(s, std::move(written));
+    write_file(s, written);
     last_      = Clock::now();
     last_step_ = s.n;
 }
 
-/// The first rank writes, with what all have.
 template <int D>
-void Checkpoints<D>::write_file(State<D>& s, Written written)
+void Checkpoints<D>::write_file(State<D>& s, const Written& written)
 {
-    std::optional<PartName> file;
-    std::optional<Hdf5Writer> writer;
-    KeptFailure failure;
-    auto if_first = [&](const auto& f) {
-        if (s.ranks->index() == 0) failure.run([&] { f(*writer); });
-    };
-    if (s.ranks->index() == 0)
-        failure.run([&] {
-            file.emplace(directory_.file(checkpoint_file(s.n)));
-            writer.emplace(file->part(), kHead);
-            writer->add_text("case", identity_);
-        });
-    add_arrays(model_, s, if_first);
-    const Gathered<D> gathered(s);
-    if_first([&](Hdf5Writer& out) {
-        add_state(out, s);
-        for_each_list(written, [&](const char* name, const auto& list) { out.add(name, list); });
-        for_each_step(written, [&](const char* name, std::int64_t step) { out.add(name, std::vector<std::int64_t>{step}); });
-        out.close();
-        writer.reset();
-        seal(file->part());
-        file->commit();
-        remove_older(s.n);
-    });
-    agree(*s.ranks, [&] { failure.rethrow(); });
+    std::filesystem::path file;
+    on_first(*s.ranks, [&] { file = directory_.file(checkpoint_file(s.n)); });
+    write_state_file(file, input_, identity_, model_, s, written);
+    on_first(*s.ranks, [&] { remove_older(s.n); });
 }
 
 template <int D>
@@ -451,30 +523,9 @@ void Checkpoints<D>::remove_older(std::int64_t step)
 template <int D>
 Written Checkpoints<D>::read_file(const std::filesystem::path& file, Simulation<D>& sim) const
 {
-    State<D>& s  = sim.state();
-    Ranks& ranks = *s.ranks;
-    std::string program;
-    on_first(ranks, [&] { program = require_whole(file); });
-    std::optional<Hdf5Reader> in;
-    Written w;
-    agree(ranks, [&] {
-        in.emplace(file);
-        const std::string identity = in->text("case");
-        if (identity != identity_) throw InputError(fmt::format("it is of another case: {}", difference(identity, identity_)));
-        for_each_list(w, [&]<class T>(const char* name, std::vector<T>& list) { list = in->list<T>(name); });
-        for_each_step(w, [&](const char* name, std::int64_t& step) { in->read(name, ArrayOf<std::int64_t>{&step, 1, 1}); });
+    return read_state_file(file, identity_, sim, [&](const Written& w) {
         if (has_results(directory_.path())) require_files(input_, w);
-        if (w.stage < s.stage)
-            throw InputError("it is of an earlier stage than one that was tried before; name it with --restart");
     });
-    sim.prepare_stage(static_cast<int>(w.stage));
-    read_state(*in, model_, s);
-    s.n = static_cast<long>(w.step);
-    if (ranks.index() == 0 && program != this_program())
-        say("ordo: warning: {} was written by {} (commit, compiler, instructions), and this is {}: numbers may differ in their "
-            "last digits\n",
-            file.string(), program, this_program());
-    return w;
 }
 
 template <int D>
@@ -505,8 +556,13 @@ Written Checkpoints<D>::read(const std::string& which, Simulation<D>& sim) const
                                  reasons));
 }
 
-template class Checkpoints<1>;
-template class Checkpoints<2>;
-template class Checkpoints<3>;
+#define ORDO_CHECKPOINT(D)                                                                                    \
+    template class Checkpoints<D>;                                                                            \
+    template void save_state(const std::filesystem::path&, const CaseInput&, Simulation<D>&, const Written&); \
+    template Written restore_state(const std::filesystem::path&, const CaseInput&, Simulation<D>&);
+ORDO_CHECKPOINT(1)
+ORDO_CHECKPOINT(2)
+ORDO_CHECKPOINT(3)
+#undef ORDO_CHECKPOINT
 
 }  // namespace ordo::io

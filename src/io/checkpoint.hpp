@@ -27,7 +27,7 @@ class Checkpoints {
 
     /// Writes the state, unless this step has a checkpoint, then removes old ones beyond [checkpoint] keep. Of several ranks the first
     /// writes that of all. Throws OutputError.
-    void write(State<D>& s, Written written);
+    void write(State<D>& s, const Written& written);
 
     /// Reads the state from a file, or from the newest usable one in the output directory ("latest"), into `s`, the state at the
     /// start of the case. Of ranks each reads a part. Throws InputError if the file is damaged or of another case or version, or if the directory has results
@@ -37,7 +37,7 @@ class Checkpoints {
   private:
     using Clock = std::chrono::steady_clock;
 
-    void write_file(State<D>& s, Written written);
+    void write_file(State<D>& s, const Written& written);
     /// Of the checkpoints up to a step, those beyond the number to keep.
     void remove_older(std::int64_t step);
     Written read_file(const std::filesystem::path& file, Simulation<D>& sim) const;
@@ -51,5 +51,16 @@ class Checkpoints {
     Clock::time_point last_ = Clock::now();
     long last_step_         = -1;  ///< of the last one written
 };
+
+/// Writes one checkpoint to a file of any name. Throws OutputError.
+template <int D>
+void save_state(const std::filesystem::path& file, const CaseInput& input, Simulation<D>& sim, const Written& written);
+
+/// Reads a checkpoint into a simulation at the start of its case. Throws InputError as Checkpoints::read does.
+template <int D>
+Written restore_state(const std::filesystem::path& file, const CaseInput& input, Simulation<D>& sim);
+
+/// The case of a checkpoint; files of bodies are looked for where the run found them.
+CaseInput case_of_checkpoint(const std::filesystem::path& file);
 
 }  // namespace ordo::io

@@ -2,6 +2,7 @@
 
 #include "io/expression.hpp"
 #include "io/hdf5.hpp"
+#include "material/outside_law.hpp"
 #include "setup/build.hpp"
 #include "sim/output_fields.hpp"
 
@@ -194,9 +195,9 @@ void add_parameter(Section<MaterialInput>& section, const LawParameter& p, const
 // clang-format off
 const Section<MaterialInput>& material_section()
 {
-    static const Section<MaterialInput> s = [] {
+    return kept_with_laws([] {
         std::vector<std::string> models;
-        for (const LawRow& law : laws()) models.emplace_back(law.name);
+        for (const LawRow* law : all_laws()) models.emplace_back(law->name);
         Section<MaterialInput> section{
             .name = "material",
             .what = "A material. Elastic constants come as one pair: young and poisson, lambda and mu, or bulk and shear; " +
@@ -223,8 +224,7 @@ const Section<MaterialInput>& material_section()
         for (const LawRow& law : laws())
             for (const LawParameter& p : law.parameters) add_parameter(section, p, law);
         return section;
-    }();
-    return s;
+    });
 }
 
 /// The keys of shapes, of bodies and of regions.
@@ -496,7 +496,7 @@ const Section<ObstacleInput>& obstacle_section()
 
 const Section<OutputInput>& output_section()
 {
-    static const Section<OutputInput> s = [] {
+    return kept_with_laws([] {
         std::vector<std::string> names;
         for (const OutputFieldText& f : output_fields()) names.push_back(f.name);
         return Section<OutputInput>{
@@ -520,8 +520,7 @@ const Section<OutputInput>& output_section()
                     .what = "write body_0.csv, body_1.csv, .. too, with mass, centre, momentum, angular momentum and energies of each body"}},
                 {&OutputInput::history_interval, {.name = "history_interval",
                     .what = "steps between rows of history.csv and of probes", .min = 1}}}};
-    }();
-    return s;
+    });
 }
 
 const Section<CheckpointInput>& checkpoint_section()
@@ -637,6 +636,18 @@ void require_short_keys(const std::filesystem::path& file, std::string_view text
     }
 }
 
+toml::table parse_text(const std::string& text, const std::filesystem::path& file)
+{
+    require_short_keys(file, text);
+    try {
+        return toml::parse(text, file.string());
+    } catch (const toml::parse_error& e) {
+        const auto& at = e.source().begin;
+        throw InputError(
+            one_line(fmt::format("{}:{}:{}: not valid TOML: {}", file.string(), at.line, at.column, e.description())));
+    }
+}
+
 toml::table parse_file(const std::filesystem::path& file)
 {
     std::error_code none;
@@ -650,14 +661,7 @@ toml::table parse_file(const std::filesystem::path& file)
     in.read(text.data(), static_cast<std::streamsize>(text.size()));
     text.resize(static_cast<std::size_t>(in.gcount()));
     if (text.size() > most) throw InputError(file.string() + ": is larger than 16 MB; that is no case file");
-    require_short_keys(file, text);
-    try {
-        return toml::parse(text, file.string());
-    } catch (const toml::parse_error& e) {
-        const auto& at = e.source().begin;
-        throw InputError(
-            one_line(fmt::format("{}:{}:{}: not valid TOML: {}", file.string(), at.line, at.column, e.description())));
-    }
+    return parse_text(text, file);
 }
 
 [[noreturn]] void fail_override(const std::string& text, std::string_view message)
@@ -750,6 +754,20 @@ void read_inner(const toml::table& stage, const std::string& path, int, StageInp
         const KeyInfo info{.name = body, .what = "its new material"};
         std::string& material = out.materials.all[body];
         ValueReader{info, name + "." + body, out.materials.at[body] = place_of(value), 0}.read(value, material);
+    }
+}
+/// The parameters of a law from outside, a table in the table of its material.
+void read_inner(const toml::table& material, const std::string& path, int, MaterialInput& out)
+{
+    const toml::node* node = material.get("parameters");
+    if (!node) return;
+    const std::string name = path + ".parameters";
+    out.at["parameters"]   = place_of(*node);
+    out.own.path           = name;
+    for (const auto& [key, value] : table_of(*node, name)) {
+        const std::string parameter(key.str());
+        const KeyInfo info{.name = parameter, .what = "parameter of the law"};
+        ValueReader{info, name + "." + parameter, out.own.at[parameter] = place_of(value), 0}.read(value, out.own.all);
     }
 }
 template <class T>
@@ -886,7 +904,8 @@ void require_carried(const CaseInput& c)
                            [&](const HistoryColumn& column) { return column.name == name && column.min_dim <= dim; });
     };
     for (const std::string& f : c.output.fields) {
-        const bool is_column = std::any_of(laws().begin(), laws().end(), [&](const LawRow& law) { return carries(law, f); });
+        const std::vector<const LawRow*> laws = all_laws();
+        const bool is_column = std::any_of(laws.begin(), laws.end(), [&](const LawRow* law) { return carries(*law, f); });
         const bool is_there  = std::any_of(c.resolved_materials.begin(), c.resolved_materials.end(),
                                            [&](const Material& m) { return carries(*m.law, f, c.grid.dim); });
         if (is_column && !is_there) c.output.fail("fields", "no material of the case carries \"" + f + "\"");
@@ -1010,6 +1029,27 @@ void resolve_branches(const MaterialInput& in, Material& m)
     std::copy(in.branch_time.begin(), in.branch_time.end(), m.branches.time.begin());
 }
 
+/// The parameters of a law from outside, and the stiffness that follows from its wave speed.
+void resolve_own_parameters(const MaterialInput& in, Material& m)
+{
+    if (!m.law->outside) {
+        if (in.has("parameters"))
+            in.fail("parameters",
+                    fmt::format("are for laws that are added from outside, as in Python; write those of {} as keys of "
+                                "the table",
+                                m.law->name));
+        return;
+    }
+    if (in.own.all.contains("rho")) in.own.fail("rho", "is the density; give it as density");
+    NamedNumbers numbers = in.own.all;
+    numbers["rho"]       = in.density;
+    const double c       = m.law->outside->wave_speed(numbers);
+    if (!(c > 0) || !std::isfinite(c))
+        in.fail("model", fmt::format("{} has a wave speed of {} m/s; it must be positive", m.law->name, c));
+    m.mu    = in.density * c * c / 2;
+    m.named = keep_numbers(std::move(numbers));
+}
+
 /// Fills the defaults of the input.
 Material resolve_material(MaterialInput& in, int dim)
 {
@@ -1020,6 +1060,7 @@ Material resolve_material(MaterialInput& in, int dim)
     Material m{&law, in.density};
     resolve_elasticity(in, law, m);
     resolve_parameters(in, m);
+    resolve_own_parameters(in, m);
     resolve_branches(in, m);
     return m;
 }
@@ -1513,9 +1554,9 @@ std::vector<Exchanging> exchanging(const CaseInput& c)
     return r;
 }
 
-CaseInput read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides)
+/// Reads a case from its tables; `file` is where it comes from.
+CaseInput read_tables(toml::table root, const std::filesystem::path& file, const std::vector<std::string>& overrides)
 {
-    toml::table root = parse_file(file);
     for (const std::string& o : overrides) apply_override(root, o);
 
     CaseInput c;
@@ -1530,7 +1571,7 @@ CaseInput read_case(const std::filesystem::path& file, const std::vector<std::st
     read_single(root, method_section(), dim, c.method, top);
     read_single(root, time_section(), dim, c.time, top);
     read_single(root, damping_section(), dim, c.damping, top);
-    read_repeated(root, material_section(), dim, c.materials);
+    read_repeated(root, material_section(), dim, c.materials, {"parameters"});
     read_repeated(root, body_section(), dim, c.bodies);
     read_repeated(root, boundary_section(), dim, c.boundaries, {"region"});
     read_repeated(root, traction_section(), dim, c.tractions);
@@ -1543,6 +1584,16 @@ CaseInput read_case(const std::filesystem::path& file, const std::vector<std::st
     read_repeated(root, probe_section(), dim, c.probes);
     validate(c, file);
     return c;
+}
+
+CaseInput read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides)
+{
+    return read_tables(parse_file(file), file, overrides);
+}
+
+CaseInput read_case_text(const std::string& text, const std::filesystem::path& file, const std::vector<std::string>& overrides)
+{
+    return read_tables(parse_text(text, file), file, overrides);
 }
 
 /// The region of a boundary as a table in a line.
@@ -1563,6 +1614,15 @@ std::string echo_materials(const StageInput& s)
     for (const auto& [body, material] : s.materials.all)
         line += fmt::format("{}{} = {}", line.empty() ? "" : ", ", to_toml(body), to_toml(material));
     return line.empty() ? "" : "materials = {" + line + "}\n";
+}
+
+/// The parameters of a law from outside as a table in a line.
+std::string echo_parameters(const MaterialInput& m)
+{
+    std::string line;
+    for (const auto& [name, value] : m.own.all)
+        line += fmt::format("{}{} = {}", line.empty() ? "" : ", ", to_toml(name), to_toml(value));
+    return line.empty() ? "" : "parameters = {" + line + "}\n";
 }
 
 std::pair<MaterialInput, Material> read_material(const std::string& model, const std::vector<std::string>& overrides, int dim)
@@ -1587,7 +1647,7 @@ std::string echo_case(const CaseInput& c)
 {
     std::string text = echo(case_section(), c) + echo(grid_section(), c.grid) + echo(method_section(), c.method) +
                        echo(time_section(), c.time) + echo(damping_section(), c.damping);
-    for (const auto& m : c.materials) text += echo(material_section(), m);
+    for (const auto& m : c.materials) text += echo(material_section(), m) + echo_parameters(m);
     for (const auto& b : c.bodies) text += echo(body_section(), b);
     for (const auto& b : c.boundaries) text += echo(boundary_section(), b) + echo_region(b);
     for (const auto& t : c.tractions) text += echo(traction_section(), t);
@@ -1599,17 +1659,24 @@ std::string echo_case(const CaseInput& c)
     return text;
 }
 
+std::vector<SectionText> input_schema()
+{
+    return {described(case_section()),     described(grid_section()),     described(method_section()),
+            described(time_section()),     described(damping_section()),  described(material_section()),
+            described(body_section()),     described(boundary_section()), described(region_section()),
+            described(traction_section()), described(contact_section()),  described(obstacle_section()),
+            described(stage_section()),    described(output_section()),   described(checkpoint_section()),
+            described(watch_section()),    described(probe_section())};
+}
+
 std::string reference_page()
 {
-    return "# Input reference\n\nWritten by `ordo list input` from the schema in `src/io/input.cpp`. SI units. A number or an "
-           "expression of x, y, z, t\n"
-           "(muParser) is allowed where the type says so; unknown keys are errors.\n\n" +
-           reference(case_section()) + reference(grid_section()) + reference(method_section()) + reference(time_section()) +
-           reference(damping_section()) + reference(material_section()) + reference(body_section()) +
-           reference(boundary_section()) + reference(region_section()) + reference(traction_section()) +
-           reference(contact_section()) + reference(obstacle_section()) + reference(stage_section()) +
-           reference(output_section()) + reference(checkpoint_section()) + reference(watch_section()) +
-           reference(probe_section());
+    std::string text =
+        "# Input reference\n\nWritten by `ordo list input` from the schema in `src/io/input.cpp`. SI units. A number or an "
+        "expression of x, y, z, t\n"
+        "(muParser) is allowed where the type says so; unknown keys are errors.\n\n";
+    for (const SectionText& section : input_schema()) text += reference(section);
+    return text;
 }
 
 }  // namespace ordo::io

@@ -29,6 +29,11 @@ struct TimeInput : Located {
     std::optional<double> dt, cfl;
 };
 
+/// A table of numbers by names.
+struct NumbersInput : Located {
+    Numbers all;
+};
+
 struct MaterialInput : Located {
     std::string name;
     std::string model = "neo-hookean";
@@ -39,6 +44,7 @@ struct MaterialInput : Located {
     Flags flags;
     Lists lists;
     std::vector<double> branch_shear, branch_time;
+    NumbersInput own;  ///< parameters of a law from outside
 };
 
 struct ShapeInput : Located {
@@ -217,10 +223,16 @@ std::string echo_material(const MaterialInput& input);
 /// Reads a case, applies overrides (`key=value`) and validates it. Throws InputError.
 CaseInput read_case(const std::filesystem::path& file, const std::vector<std::string>& overrides);
 
+/// The same from text; errors name `file`, to whose folder the names of other files are relative.
+CaseInput read_case_text(const std::string& text, const std::filesystem::path& file, const std::vector<std::string>& overrides);
+
 /// The resolved case as TOML with every default; reading it again gives the same case.
 std::string echo_case(const CaseInput& input);
 
-/// The reference page of all keys, Markdown.
+/// All sections of the input.
+std::vector<SectionText> input_schema();
+
+/// The same as a reference page, Markdown.
 std::string reference_page();
 
 }  // namespace ordo::io

@@ -248,4 +248,14 @@ std::string describe_type(std::string_view type, const KeyInfo& info)
     return text;
 }
 
+std::string reference(const SectionText& section)
+{
+    std::string text = fmt::format("## {}\n\n{}\n\n| key | type | default | unit | meaning |\n|---|---|---|---|---|\n",
+                                   section.name.empty() ? "Top level" : "`" + section.header() + "`", section.what);
+    for (const KeyText& k : section.keys)
+        text += fmt::format("| `{}` | {} | {} | {} | {} |\n", k.info.name, describe_type(k.type, k.info),
+                            k.info.required ? "required" : k.default_value, k.info.unit, markdown_cell(k.info.what));
+    return text + "\n";
+}
+
 }  // namespace ordo::io

@@ -260,9 +260,22 @@ std::string markdown_cell(std::string text);
 /// The type of a key in words, with its range or choices.
 std::string describe_type(std::string_view type, const KeyInfo& info);
 
-/// The section as Markdown, one row per key.
+/// A key and a section in words.
+struct KeyText {
+    KeyInfo info;
+    std::string type;           ///< such as "numbers"
+    std::string default_value;  ///< empty if there is none
+};
+struct SectionText {
+    std::string name, what;
+    bool repeated;
+    std::vector<KeyText> keys;
+
+    std::string header() const { return repeated ? "[[" + name + "]]" : "[" + name + "]"; }
+};
+
 template <class Owner>
-std::string reference(const Section<Owner>& section)
+SectionText described(const Section<Owner>& section)
 {
     struct TypeName {
         std::string operator()(double Owner::*) const { return "number"; }
@@ -280,19 +293,18 @@ std::string reference(const Section<Owner>& section)
         std::string operator()(Flags Owner::*) const { return "boolean"; }
         std::string operator()(Lists Owner::*) const { return "numbers"; }
     };
-    std::string text     = fmt::format("## {}\n\n{}\n\n| key | type | default | unit | meaning |\n|---|---|---|---|---|\n",
-                                   section.name.empty() ? "Top level" : "`" + section.header() + "`", section.what);
+    SectionText r{section.name, section.what, section.repeated, {}};
     const Owner defaults = Owner();
     for (const auto& k : section.keys) {
         std::string value = k.info.default_text;
         if (value.empty())
             value = std::visit([&](auto member) { return to_toml(value_of(defaults.*member, k.info.name)); }, k.member);
-        if (k.info.required) value = "required";
-        text +=
-            fmt::format("| `{}` | {} | {} | {} | {} |\n", k.info.name, describe_type(std::visit(TypeName{}, k.member), k.info),
-                        value == "\"\"" ? "" : value, k.info.unit, markdown_cell(k.info.what));
+        r.keys.push_back({k.info, std::visit(TypeName{}, k.member), value == "\"\"" ? "" : value});
     }
-    return text + "\n";
+    return r;
 }
+
+/// The section as Markdown, one row per key.
+std::string reference(const SectionText& section);
 
 }  // namespace ordo::io

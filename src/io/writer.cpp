@@ -3,7 +3,6 @@
 #include "base/agree.hpp"
 #include "io/build.hpp"
 #include "method/diagnostics.hpp"
-#include "method/energy_account.hpp"
 #include "method/grid_sample.hpp"
 #include "method/sharing.hpp"
 #include "ordo_version.hpp"
@@ -46,7 +45,7 @@ FrameStyle style_of(const OutputInput& in)
 
 template <int D>
 Writer<D>::Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, const State<D>& start)
-    : input_(input), model_(model), directory_(directory), ranks_(*start.ranks)
+    : input_(input), model_(model), numbers_(input, model), directory_(directory), ranks_(*start.ranks)
 {
     for (const ProbeInput& p : input.probes) {
         Vec<D> at{};
@@ -60,6 +59,7 @@ template <int D>
 Writer<D>::Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, Ranks& ranks, const Written& written)
     : input_(input),
       model_(model),
+      numbers_(input, model),
       directory_(directory),
       ranks_(ranks),
       written_(written),
@@ -96,27 +96,7 @@ template <int D>
 void Writer<D>::start_files()
 {
     if (is_first()) directory_.remove(directory_.files());
-    std::string exchanges = input_.stages.empty() ? "" : ",stage,stage_energy";
-    for (const Exchanging& one : exchanging_) exchanges += fmt::format(",{0}_force_x,{0}_force_y,{0}_force_z,{0}_work", one.name);
-    constexpr const char* of_contact =
-        ",{0}_force_x,{0}_force_y,{0}_force_z,{0}_moment_x,{0}_moment_y,{0}_moment_z,{0}_friction_work,{0}_dissipation";
-    for (const ContactPair<D>& c : model_.contacts)
-        if (c.obstacle < 0) exchanges += fmt::format(of_contact, c.name);
-    for (const Obstacle<D>& o : model_.obstacles) {
-        exchanges += fmt::format(of_contact, o.name);
-        exchanges += fmt::format(",{0}_work,{0}_x,{0}_y,{0}_z,{0}_velocity_x,{0}_velocity_y,{0}_velocity_z", o.name);
-        exchanges += fmt::format(",{0}_rotation_x,{0}_rotation_y,{0}_rotation_z", o.name);
-    }
-    history_ = start_table(
-        "history.csv", "time,dt,mass,momentum_x,momentum_y,momentum_z,kinetic_energy,strain_energy,total_energy,potential_energy,"
-                       "dissipated_energy,"
-                       "projection_mass_before,projection_mass_after,projection_momentum_x_before,projection_momentum_y_before,"
-                       "projection_momentum_z_before,projection_momentum_x_after,projection_momentum_y_after,"
-                       "projection_momentum_z_after,dropped_pivots,fallback_nodes,boundary_work,traction_work,body_force_work,"
-                       "artificial_viscosity_work,"
-                       "damped_energy,nodal_kinetic_energy,unresolved_kinetic_energy,stress_update_energy,projection_energy,"
-                       "filter_energy,half_step_energy" +
-                           exchanges);
+    history_ = start_table("history.csv", fmt::format("{}", fmt::join(numbers_.columns(), ",")));
     make_probes();
     for (std::size_t k = 0; k < probes_.size(); ++k) {
         std::string header = "time";
@@ -242,30 +222,8 @@ template <int D>
 void Writer<D>::row(State<D>& s)
 {
     if (written_.row_step == s.n) return;
-    written_.row_step         = s.n;
-    const Totals e            = totals(model_, s);
-    const ProjectionReport& p = s.projection;
-    const Account& a          = s.account;
-    const SchemeEnergy scheme = scheme_energy(e, s);
-    std::string exchanges     = fmt::format(",{},{},{},{},{},{}", a.nodal_kinetic, e.kinetic_energy - a.nodal_kinetic,
-                                            scheme.stress_update, scheme.projection, scheme.filter, scheme.half_step);
-    if (!input_.stages.empty()) exchanges += fmt::format(",{},{}", s.stage, a.staged);
-    for (const Exchanging& one : exchanging_) {
-        const Exchange& x = (one.is_traction ? a.tractions : a.boundaries)[static_cast<std::size_t>(one.number)];
-        exchanges += fmt::format("{},{}", values(x.force), x.work);
-    }
-    for (const ContactExchange& x : s.contacts.pairs)
-        exchanges += fmt::format("{}{},{},{}", values(x.force), values(x.moment), x.friction, x.dissipated);
-    for (const ObstacleMotion<D>& o : s.contacts.obstacles) {
-        const ContactExchange& x = o.exchange;
-        exchanges += fmt::format("{}{},{},{},{}", values(x.force), values(x.moment), x.friction, x.dissipated, o.work);
-        exchanges += values(padded(o.center)) + values(padded(o.velocity)) + values(o.spin);
-    }
-    add(history_,
-        fmt::format("{},{},{}{},{},{},{},{},{},{},{}{}{},{},{},{},{},{},{},{}{}", s.t, s.dt_prev, e.mass, values(e.momentum),
-                    e.kinetic_energy, e.strain_energy, e.total_energy(), e.potential, e.dissipated, p.mass_before, p.mass_after,
-                    values(p.momentum_before), values(p.momentum_after), p.fit.dropped, p.fit.fallback, a.boundary_work(),
-                    a.traction_work(), a.body_force_work, e.artificial, a.damped, exchanges));
+    written_.row_step = s.n;
+    add(history_, fmt::format("{}", fmt::join(numbers_.row(s), ",")));
     for (std::size_t k = 0; k < bodies_.size(); ++k) {
         const BodyTotals b = totals_of_body(model_, s, static_cast<int>(k));
         if (b.mass == 0) continue;  // it was taken out

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "io/file.hpp"
+#include "io/history.hpp"
 #include "io/input.hpp"
 #include "io/run_directory.hpp"
 #include "io/run_files.hpp"
@@ -69,8 +70,8 @@ class Writer : public Observer<D> {
     }
 
     const CaseInput& input_;
-    const std::vector<Exchanging> exchanging_ = exchanging(input_);
     const Model<D>& model_;
+    const History<D> numbers_;
     RunDirectory& directory_;
     Ranks& ranks_;
     LineFile history_;

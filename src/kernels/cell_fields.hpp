@@ -93,7 +93,8 @@ void spread_one_point_cells(const Sweep<D>& sweep, Lanes* contents, Lanes* recor
     Vec<D> distance{};
     for (int i = begin; i < end; ++i) add_content(s, i, contents, distance);
     if constexpr (has_windows<D, CellCenters>) {
-        thread_local MomentWindows<D, degree, F::count, CellCenters, 3> windows;  // keeps its memory
+        thread_local MomentWindows<D, degree, F::count, CellCenters, 3> of_thread;  // keeps its memory
+        auto& windows = of_thread;  // found once: in the Python module that is a call
         for (int first = begin; first < end; first += Batch::size) {
             const Batch b   = Batch::of(first, end);
             Vec<D, Lanes> y = load(s.p.x, b);

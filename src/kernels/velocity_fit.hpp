@@ -100,7 +100,8 @@ void spread_velocity(const Sweep<D>& sweep, Lanes* records, bool with_corners, i
         return x;
     };
     if constexpr (has_windows<D, Places>) {
-        thread_local MomentWindows<D, degree, D, Places, W, is_limited> windows;  // keeps its memory
+        thread_local MomentWindows<D, degree, D, Places, W, is_limited> of_thread;  // keeps its memory
+        auto& windows = of_thread;  // found once: in the Python module that is a call
         for_each_sample(s, with_corners, begin, end, [&](const Vec<D, Lanes>& x, const Vec<D, Lanes>& v, int count) {
             Lanes value[D + is_limited];
             set_values<D, is_limited>(v, value);

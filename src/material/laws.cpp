@@ -161,11 +161,4 @@ std::span<const LawRow> rows_of(LawList<L...>)
 
 std::span<const LawRow> laws() { return rows_of(Laws{}); }
 
-const LawRow* find_law(std::string_view name)
-{
-    for (const LawRow& row : laws())
-        if (row.name == name) return &row;
-    return nullptr;
-}
-
 }  // namespace ordo

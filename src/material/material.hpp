@@ -8,12 +8,18 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <span>
+#include <string>
 #include <string_view>
 
 namespace ordo {
 
 struct LawRow;
+class OutsideLaw;
+
+/// Parameters by name, of laws from outside the table; the density is "rho".
+using NamedNumbers = std::map<std::string, double>;
 
 /// Maxwell branches beside a law: shear moduli, Pa, and relaxation times, s; see branches.hpp.
 struct Branches {
@@ -42,6 +48,7 @@ struct Material {
     double mu         = 0.0;  ///< shear modulus at rest, Pa; half of Young's modulus if the law has only that
     std::array<double, most_parameters> parameters{};  ///< parameters of the law, in its order; a list takes `most` places
     Branches branches{};
+    const NamedNumbers* named = nullptr;  ///< parameters of a law from outside, see keep_numbers
 
     /// lambda + 2 mu, Pa; E if the law has only Young's modulus. With that of branches before they relax.
     double p_wave_modulus() const { return lambda + 2 * mu + 4.0 / 3 * branches.total_shear(); }
@@ -155,6 +162,7 @@ struct LawRow {
     LawFunctions<1> in_1d;
     LawFunctions<2> in_2d;
     LawFunctions<3> in_3d;
+    const OutsideLaw* outside = nullptr;  ///< if it is from outside the table, see outside_law.hpp
 
     template <int D>
     const LawFunctions<D>& in() const
@@ -168,10 +176,10 @@ struct LawRow {
     }
 };
 
-/// All laws, in the order of `ordo list materials`.
+/// All laws of the table, in the order of `ordo list materials`.
 std::span<const LawRow> laws();
 
-/// The law of this name; null if there is none.
+/// The law of this name, also one from outside; null if there is none.
 const LawRow* find_law(std::string_view name);
 
 /// Stored energy, J, at deformation F and stress sigma in a volume V (initial V0), for laws without history.

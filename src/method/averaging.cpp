@@ -47,9 +47,8 @@ void prepare_averages(const Model<D>& model, State<D>& s)
     Averages<D>& a          = s.averages;
     make_room(a.records, s.field.nodes.size());
     if (a.u.size() != s.particles.x.size()) {
-        a.u          = Array<double>(p.count);
-        a.weights    = Array<double>(p.count);
-        a.increments = Array<Mat<D>>(p.count);
+        a.u       = Array<double>(p.count);
+        a.weights = Array<double>(p.count);
     }
     if (a.body_count == 0) a.body_count = body_count(s);
     parallel_for_each(p.count, [&](std::ptrdiff_t i) { a.weights[i] = averages_total(model, p, i) ? p.V0[i] : p.V[i]; });
@@ -92,7 +91,7 @@ void average_increments(const Model<D>& model, State<D>& s)
 {
     const ParticleView<D> p = s.particles.view();
     double* mean            = s.averages.u.data();
-    Mat<D>* increments      = s.averages.increments.data();
+    Mat<D>* increments      = s.increments.data();
     parallel_for_each(p.count, [&](std::ptrdiff_t i) {
         mean[i] = dilation(increments[i]);
         if (!averages_total(model, p, i)) return;

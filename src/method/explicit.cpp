@@ -7,6 +7,7 @@
 #include "method/diagnostics.hpp"
 #include "method/energy_account.hpp"
 #include "method/enrichment.hpp"
+#include "method/place.hpp"
 #include "method/reconstruction.hpp"
 #include "method/wall_contact.hpp"
 
@@ -77,6 +78,7 @@ void Explicit<D>::take_step(State<D>& s, double dt) const
     find_held_by_bodies(s);
     clear_nodes(s, nodes);
     const bool has_velocities = find_forces(s, nodes, strain, by);  // m_i, (m v)_i or v_i, f_i <- particles
+    if (this->changes_nodes()) change_nodes(s, nodes, by, has_velocities);
     if (s.projection.is_wanted) report_projection(s, nodes, has_velocities);
     if (s.account.is_wanted) keep_forces(s, nodes);
     kick(s, nodes, by, has_velocities);  // v_i; a_i = f_i/m_i + g; v_i += dt a_i
@@ -114,6 +116,37 @@ bool Explicit<D>::find_forces(State<D>& s, Lanes* nodes, Lanes* strain, const Ki
     this->evaluate_external_forces(s, s.t);
     add_forces(s, nodes, false);  // f_i <- sigma_p
     return true;
+}
+
+/// Lets a user change momenta and forces before the kick. What is not changed keeps its bits.
+template <int D>
+void Explicit<D>::change_nodes(State<D>& s, Lanes* nodes, const Kick& by, bool has_velocities) const
+{
+    NodeForces<D> now{.nodes = nodes_with_mass(s), .momentum = {}, .force = {}, .t = s.t, .dt = by.dt};
+    for (std::size_t k = 0; k < now.nodes.record.size(); ++k) {
+        const Lanes& n  = nodes[now.nodes.record[k]];
+        const double m  = now.nodes.mass[k];
+        Vec<D>&momentum = now.momentum.emplace_back(), &force = now.force.emplace_back();
+        for (int a = 0; a < D; ++a) {
+            momentum[a] = n[NodeLane::velocity + a] * (has_velocities ? m : 1.0);
+            force[a]    = n[NodeLane::increment + a] + m * model().gravity[a];
+        }
+    }
+    const NodeForces<D> before = now;
+    this->changes_nodes()(now);
+    for (std::size_t k = 0; k < now.nodes.record.size(); ++k) {
+        Lanes& n       = nodes[now.nodes.record[k]];
+        const double m = now.nodes.mass[k];
+        for (int a = 0; a < D; ++a) {
+            const double momentum = now.momentum[k][a], force = now.force[k][a];
+            if (!std::isfinite(momentum) || !std::isfinite(force))
+                throw NumericalError(fmt::format("on_nodes: {} of the node at {} is not finite",
+                                                 std::isfinite(force) ? "momentum" : "force", place_text(now.nodes.place[k])));
+            if (momentum != before.momentum[k][a]) n[NodeLane::velocity + a] = momentum / (has_velocities ? m : 1.0);
+            if (force != before.force[k][a]) n[NodeLane::increment + a] = force - m * model().gravity[a];
+        }
+    }
+    s.field.halo.copy(nodes);
 }
 
 /// Updates v_p from the nodes of `update`, and F_p, sigma_p and x_p from the kicked nodes. x_p comes last, so that phi is evaluated at x_n
@@ -563,25 +596,28 @@ void Explicit<D>::deform(State<D>& s, typename Passes<D>::Gather pass, Lanes* no
 {
     Sweep<D> view = sweep(s, nodes, dt);
     view.is_past  = by == Deform::past;
-    if (method().averaging != Averaging::none) return deform_averaged(s, pass, view);
+    if (method().averaging != Averaging::none || update_stress_.has_outside_laws()) return deform_all(s, pass, view);
     gather_tiles(s, [&](const Tile& tile, TileReport& report) {
         update_stress_(pass, in_field_of(tile, view), tile.begin, tile.end, report);
     });
 }
 
-/// The same with averages of the dilations, which need F of all particles before the first stress.
+/// The same where stresses need F of all particles: with averages of the dilations and for laws from outside.
 template <int D>
-void Explicit<D>::deform_averaged(State<D>& s, typename Passes<D>::Gather pass, Sweep<D> view) const
+void Explicit<D>::deform_all(State<D>& s, typename Passes<D>::Gather pass, Sweep<D> view) const
 {
-    prepare_averages(model(), s);
-    view.increments      = s.averages.increments.data();
+    const bool is_averaged = method().averaging != Averaging::none;
+    if (is_averaged) prepare_averages(model(), s);
+    if (s.increments.size() != s.particles.x.size()) s.increments = Array<Mat<D>>(s.particles.x.size());
+    view.increments      = s.increments.data();
     view.increment_first = 0;
     gather(s, pass, view);
-    {
+    if (is_averaged) {
         Stopwatch watch(times(), StageTimes::fit);
         average_increments(model(), s);
     }
     gather_tiles(s, [&](const Tile& tile, TileReport& report) { update_stress_.update(view, tile.begin, tile.end, report); });
+    if (s.report.fault == Fault::none) update_stress_.update_outside(s, view.dt);  // else there may be no F for them
 }
 
 /// run(tile, report) for all tiles; collects the reports.

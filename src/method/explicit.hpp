@@ -37,6 +37,7 @@ class Explicit final : public Scheme<D> {
     using Scheme<D>::times;
 
     bool find_forces(State<D>& s, Lanes* nodes, Lanes* strain, const Kick& by) const;
+    void change_nodes(State<D>& s, Lanes* nodes, const Kick& by, bool has_velocities) const;
     void update_particles(State<D>& s, Lanes* nodes, Lanes* update, Lanes* strain, double dt, const Kick& by) const;
     template <class Held>
     void project_velocities(State<D>& s, Lanes* nodes, const Held& held) const;
@@ -71,7 +72,7 @@ class Explicit final : public Scheme<D> {
     void gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt) const;
     void gather(State<D>& s, typename Passes<D>::Gather pass, const Sweep<D>& view) const;
     void deform(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt, Deform by = Deform::next) const;
-    void deform_averaged(State<D>& s, typename Passes<D>::Gather pass, Sweep<D> view) const;
+    void deform_all(State<D>& s, typename Passes<D>::Gather pass, Sweep<D> view) const;
     template <class RunPass>
     void gather_tiles(State<D>& s, const RunPass& run) const;
     void constrain(State<D>& s, Lanes* nodes, const Kick& by, Velocity of) const;

@@ -16,7 +16,10 @@ double work_on(const Loaded& before, const Loaded& after)
 
 template <int D>
 ExternalWork<D>::ExternalWork(const Model<D>& model, State<D>& s)
-    : model_(model), has_body_force_(field_groups(model).body_force), faces_(faces(s)), particles_(particles(s))
+    : model_(model),
+      has_body_force_(field_groups(model).body_force || !s.particles.b.empty()),
+      faces_(faces(s)),
+      particles_(particles(s))
 {}
 
 /// By load.

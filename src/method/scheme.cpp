@@ -228,15 +228,34 @@ void Scheme<D>::evaluate_external_forces(State<D>& s, double t) const
     Stopwatch watch(times_, StageTimes::body_force);
     const ParticleView<D> p = s.particles.view();
     if (!model_.tractions.empty()) evaluate_loads(model_.loads, model_.tractions, s.lattice, p, t);
-    if (!has_body_force_) return;
     if (model_.body_force_kernel) {
         parallel_pieces(p.count, [&](std::ptrdiff_t begin, std::ptrdiff_t end) { model_.body_force_kernel(p, begin, end, t); });
-        return;
+    } else if (has_body_force_) {
+        parallel_for_each(p.count, [&](std::ptrdiff_t i) {
+            p.b[i] = evaluate<D>(model_.body_forces[p.body[i]],
+                                 {padded(place_in_period(model_, s.particles, static_cast<int>(i))), padded(p.X[i]), t});
+        });
+    } else if (added_body_force_) {
+        std::fill_n(p.b, p.count, Vec<D>{});
     }
-    parallel_for_each(p.count, [&](std::ptrdiff_t i) {
-        p.b[i] = evaluate<D>(model_.body_forces[p.body[i]],
-                             {padded(place_in_period(model_, s.particles, static_cast<int>(i))), padded(p.X[i]), t});
-    });
+    if (added_body_force_) added_body_force_(p, t);
+}
+
+template <int D>
+void Scheme<D>::add_body_force(AddedBodyForce<D> force, State<D>& s)
+{
+    const bool has_room = has_body_force_ || force;
+    if (has_room == s.particles.b.empty()) s.particles.b = Array<Vec<D>>(has_room ? s.particles.x.size() : 0);
+    added_body_force_     = std::move(force);
+    s.has_external_forces = false;
+}
+
+template <int D>
+void Scheme<D>::on_nodes(OnNodes<D> change)
+{
+    if (change && is_spline_fit(model_.method))
+        throw InputError("method: projection spline-fit has no nodes that forces act on; take another method, such as bscpdi2");
+    on_nodes_ = std::move(change);
 }
 
 template class Scheme<1>;

@@ -2,6 +2,7 @@
 // fits splines.
 #pragma once
 
+#include "method/node_list.hpp"
 #include "method/stage.hpp"
 #include "method/stage_times.hpp"
 #include "method/state.hpp"
@@ -40,12 +41,19 @@ class Scheme {
     /// Makes an initial state one of stage `number` in the numbers of its particles and walls, for a restart that reads the rest.
     void prepare(const std::vector<Stage<D>>& stages, int number, State<D>& s);
 
+    /// From now on `force` adds to the body forces of the model: to b of all particles at time t. Null ends this.
+    void add_body_force(AddedBodyForce<D> force, State<D>& s);
+    /// From now on `change` sees the nodes of each step after the forces and before the kick. Null ends this. Throws InputError for a
+    /// method without a kick of nodes.
+    void on_nodes(OnNodes<D> change);
+
     /// From now on adds the time of each stage to `times`; null stops this.
     void measure(StageTimes* times) { times_ = times; }
 
   protected:
     StageTimes* times() const { return times_; }
-    bool has_loads() const { return has_body_force_ || !model_.tractions.empty(); }
+    bool has_loads() const { return has_body_force_ || added_body_force_ || !model_.tractions.empty(); }
+    const OnNodes<D>& changes_nodes() const { return on_nodes_; }
     /// Sets body forces and tractions of all particles at time t.
     void evaluate_external_forces(State<D>& s, double t) const;
     /// Adds a step to `t`.
@@ -65,6 +73,8 @@ class Scheme {
 
     Model<D> model_;
     bool has_body_force_;
+    AddedBodyForce<D> added_body_force_;
+    OnNodes<D> on_nodes_;
     StageTimes* times_ = nullptr;
 };
 

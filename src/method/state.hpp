@@ -27,6 +27,10 @@ namespace ordo {
 template <int D>
 using BodyForceKernel = std::function<void(const ParticleView<D>&, std::ptrdiff_t begin, std::ptrdiff_t end, double t)>;
 
+/// Adds to b of all particles at time t; called by one thread.
+template <int D>
+using AddedBodyForce = std::function<void(const ParticleView<D>&, double t)>;
+
 /// The user's set-up, fixed during a stage of the run.
 template <int D>
 struct Model {
@@ -195,10 +199,9 @@ struct Account {
 /// For the axis `averaging`, see method/averaging.hpp.
 template <int D>
 struct Averages {
-    Array<Lanes> records;      ///< of cells or vertices
-    Array<double> u;           ///< the scalar that is averaged
-    Array<double> weights;     ///< volumes of particles, m^D
-    Array<Mat<D>> increments;  ///< displacement gradients of the step
+    Array<Lanes> records;   ///< of cells or vertices
+    Array<double> u;        ///< the scalar that is averaged
+    Array<double> weights;  ///< volumes of particles, m^D
     int body_count = 0;
 };
 
@@ -233,6 +236,7 @@ struct State {
     Array<Lanes> wall_forces;                 ///< forces without walls, with a consistent mass matrix
     QuadraturePoints<D> points;               ///< for quadratures cell and gauss
     Averages<D> averages;
+    Array<Mat<D>> increments;  ///< displacement gradients of the step, if stresses need those of all particles
     FilterNodes<D> filter;
     Contacts<D> contacts;
     Array<Stress<D>> force_stress;     ///< of particles, where forces come from stresses other than sigma

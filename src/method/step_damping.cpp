@@ -2,6 +2,7 @@
 
 #include "base/parallel.hpp"
 #include "method/diagnostics.hpp"
+#include "method/sums.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,12 +3,16 @@
 
 #include "kernels/artificial_viscosity.hpp"
 #include "kernels/stress.hpp"
+#include "material/outside_law.hpp"
 #include "method/passes.hpp"
 
 #include <algorithm>
 #include <vector>
 
 namespace ordo {
+
+template <int D>
+struct State;
 
 /// That of a method on a grid of spacing h, m.
 template <int D>
@@ -29,6 +33,12 @@ class StressUpdate {
     /// Stresses and history of particles whose F and displacement gradients of the step are set, and their artificial pressures.
     void update(const Sweep<D>& sweep, int begin, int end, TileReport& report) const;
 
+    /// Whether some particles have laws from outside, which `update` leaves out.
+    bool has_outside_laws() const { return !outside_.empty(); }
+    /// The stresses and history of these particles, all at once, by the increments of the step. Throws NumericalError for results that are
+    /// no stresses, and what the laws throw.
+    void update_outside(State<D>& s, double dt) const;
+
   private:
     struct OfLaw {
         const LawRow* law;
@@ -41,7 +51,18 @@ class StressUpdate {
         int material;
         std::vector<int> columns;  ///< `dissipated`, then those of b_e
     };
+    /// A material with a law from outside.
+    struct OfOutside {
+        const OutsideLaw* law;
+        const NamedNumbers* parameters;
+        int material;
+        int work;                  ///< the column of OutsideLaw::kWork
+        std::vector<int> columns;  ///< those that the law changes
+    };
+    void update_outside(const OfOutside& one, State<D>& s, double dt) const;
+
     std::vector<OfLaw> laws_;
+    std::vector<OfOutside> outside_;
     std::vector<OfBranches> branches_;
     ArtificialViscosity viscosity_;
     bool needs_increments_ = false;

@@ -5,6 +5,7 @@
 #include "method/courant.hpp"
 #include "method/diagnostics.hpp"
 #include "method/place.hpp"
+#include "method/sums.hpp"
 
 #include <fmt/format.h>
 

@@ -63,6 +63,12 @@ void require_changes(const CaseSpec<D>& spec)
                 fail(k, "materials", fmt::format("there is no body {}", change.body));
             if (!(change.material >= 0 && change.material < materials))
                 fail(k, "materials", fmt::format("there is no material {}", change.material));
+            const LawRow& law = *spec.materials[change.material].law;
+            if (law.outside)
+                fail(k, "materials",
+                     fmt::format("cannot give a body the law {}, which knows no stress to start with; bodies have it from the "
+                                 "start of the run or not at all",
+                                 law.name));
             const std::string& name = spec.bodies[change.body].name;
             if (removed.count(change.body))
                 fail(k, "materials", fmt::format("body \"{}\" has been taken out; remove it here", name));

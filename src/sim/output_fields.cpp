@@ -1,5 +1,7 @@
 #include "sim/output_fields.hpp"
 
+#include "material/outside_law.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -69,16 +71,20 @@ constexpr OutputField<D> kFields[] = {
 
 const std::vector<OutputFieldText>& output_fields()
 {
-    static const std::vector<OutputFieldText> rows = [] {
+    return kept_with_laws([] {
         std::vector<OutputFieldText> r;
         for (const auto& f : std::span(kFields<3>).subspan(1)) r.push_back({f.name, f.what, f.unit});
-        for (const LawRow& law : laws())
-            for (const HistoryColumn& c : law.history)
+        for (const LawRow* law : all_laws())
+            for (const HistoryColumn& c : law->history)
                 if (std::none_of(r.begin(), r.end(), [&](const auto& row) { return row.name == c.name; }))
-                    r.push_back({std::string(c.name), std::string(c.what) + ", of " + std::string(law.name), ""});
+                    r.push_back({std::string(c.name), std::string(c.what) + ", of " + std::string(law->name), ""});
         return r;
-    }();
-    return rows;
+    });
+}
+
+bool is_computed_field(std::string_view name)
+{
+    return std::any_of(std::begin(kFields<3>), std::end(kFields<3>), [&](const auto& f) { return f.name == name; });
 }
 
 template <int D>

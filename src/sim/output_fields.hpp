@@ -18,6 +18,9 @@ struct OutputFieldText {
 /// All fields that a case may write: those of the table, then the history columns of all laws.
 const std::vector<OutputFieldText>& output_fields();
 
+/// Whether a field of this name is computed, not carried by a law.
+bool is_computed_field(std::string_view name);
+
 /// Reads a field of particles. Model and particles must outlive it, and materials and sizes must not change.
 template <int D>
 class FieldReader {

@@ -5,6 +5,7 @@
 #include "setup/time_step.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace ordo {
@@ -77,7 +78,7 @@ void Simulation<D>::take(double dt)
 }
 
 template <int D>
-void Simulation<D>::step_towards(double t)
+void Simulation<D>::step_towards(double t, std::optional<double> given)
 {
     try {
         begin_stage_if_due();
@@ -86,8 +87,8 @@ void Simulation<D>::step_towards(double t)
         throw;
     }
     if (is_at(t)) return;  // the clock has jumped
-    const double end   = is_in_last_stage() ? t : std::min(t, stages_[static_cast<std::size_t>(state_.stage)].end);
-    double dt          = setup::time_step(time_, model(), state_.particles, *state_.ranks);
+    const double end   = stages_.empty() ? t : std::min(t, stages_[static_cast<std::size_t>(state_.stage)].end);
+    double dt          = given ? *given : setup::time_step(time_, model(), state_.particles, *state_.ranks);
     const double left  = end - state_.t;
     const bool is_less = left < dt * (1 - kRounding);
     if (is_less) dt = left;
@@ -113,6 +114,14 @@ void Simulation<D>::step()
     ORDO_EXPECT(!is_complete());
     begin();
     step_towards(time_.end);
+}
+
+template <int D>
+void Simulation<D>::step_on(std::optional<double> dt)
+{
+    ORDO_EXPECT(stages_.empty() || !is_complete());
+    begin();
+    step_towards(std::numeric_limits<double>::infinity(), dt);
 }
 
 template <int D>

@@ -49,9 +49,13 @@ class Simulation {
 
     /// The observer must outlive the simulation's steps.
     void add(Observer<D>& observer) { observers_.push_back(&observer); }
+    void remove(Observer<D>& observer) { std::erase(observers_, &observer); }
 
     /// One step, shortened at the end of a stage and of the case. Throws NumericalError after notifying observers.
     void step();
+    /// One step of dt, s, or of the case's own time step, shortened at the end of a stage only; without stages the end of the case may
+    /// pass. Throws NumericalError after notifying observers.
+    void step_on(std::optional<double> dt = {});
     /// Before a restart reads the state: arranges the initial one as one of stage `number`.
     void prepare_stage(int number) { scheme_->prepare(stages_, number, state_); }
     /// Steps to time t, s; the last step is shortened to end there. Stops earlier if stop() is true after a step.
@@ -72,7 +76,7 @@ class Simulation {
     void begin();
     void begin_stage_if_due();
     void take(double dt);
-    void step_towards(double t);
+    void step_towards(double t, std::optional<double> dt = {});
 
     std::unique_ptr<Scheme<D>> scheme_;
     State<D> state_;

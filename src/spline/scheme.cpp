@@ -1,6 +1,7 @@
 #include "spline/scheme.hpp"
 
 #include "method/diagnostics.hpp"
+#include "method/sums.hpp"
 #include "particles/sort.hpp"
 #include "spline/parts.hpp"
 
