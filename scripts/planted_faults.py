@@ -98,6 +98,14 @@ FAULTS = [
     fault("gravity-without-dt", "the increment of gravity is g instead of dt g", "kernels/nodes.hpp",
           "padded(@dt * gravity@);", "gravity", "pass:Step.FreeFallIsExact"),
 
+    # from outside
+    fault("outside-work-twice", "the work of stresses from outside is not halved", "method/stress_update.cpp",
+          "r += @0.5@ * J * (det(back)", "1.0", "pass:OutsideLaw.StoresTheWorkOfItsStresses"),
+    fault("outside-step-without-strain", "dF of laws from outside is I", "method/stress_update.cpp",
+          "put_full(@Mat<D>::identity() + increments_[i]@, out", "Mat<D>::identity()", "pass:OutsideLaw.IsTheLawOfTheTable"),
+    fault("nodes-force-without-gravity", "forces that are shown have no gravity, which is taken off when they come back", "method/explicit.cpp",
+          "force[a]    = n[NodeLane::increment + a] + @m * model().gravity[a]@;", "0.0", "pass:Outside.ForcesOnNodesAreBodyForces"),
+
     # from nodes to particles
     fault("volume-without-J", "V = V0 instead of J V0", "kernels/gather.hpp",
           "store(p.V, b, @J * load(p.V0, b)@);", "load(p.V0, b)", NAIVE_GATHER),
@@ -471,11 +479,11 @@ FAULTS = [
     fault("step-of-domains-at-rest", "domains that grow leave the limit of the consistent mass as it was", "method/courant.cpp",
           "strains    = @of_domains && has_limit_of_strain(model.method)@;", "false && of_domains",
           "pass:Step.LimitOfConsistentMassFallsWithDomains"),
-    fault("kinetic-energy-doubled", "the kinetic energy is m v^2", "method/diagnostics.hpp",
+    fault("kinetic-energy-doubled", "the kinetic energy is m v^2", "method/diagnostics.cpp",
           "add(kinetic, @0.5@ * m * dot(v, v));", "1.0", "pass:Step.TotalsAreSumsOverParticles"),
     fault("strain-energy-of-V", "strain energy is summed over current volumes", "material/laws.cpp",
           "return @V0@ * law.energy(F);", "V", "pass:Step.TotalsAreSumsOverParticles"),
-    fault("spare-lanes-have-mass", "spare lanes of the last batch count in the sums", "method/diagnostics.hpp",
+    fault("spare-lanes-have-mass", "spare lanes of the last batch count in the sums", "method/diagnostics.cpp",
           "@one[lane] = 0.0;@", "", "pass:Step.TotalsAreSumsOverParticles"),
 
     # ranks

@@ -21,7 +21,7 @@ took packages
 step static checks
 python3 scripts/check_layers.py
 python3 scripts/planted_faults.py --list >/dev/null  # the texts of the faults are there
-git ls-files 'src/*.[ch]pp' 'tests/*.[ch]pp' 'bench/*.[ch]pp' | xargs clang-format --dry-run --Werror
+git ls-files 'src/*.[ch]pp' 'tests/*.[ch]pp' 'bench/*.[ch]pp' 'python/*.[ch]pp' | xargs clang-format --dry-run --Werror
 git ls-files | xargs codespell
 scripts/cppcheck.sh
 took static checks

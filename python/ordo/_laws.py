@@ -5,6 +5,7 @@ import re
 
 from . import _core
 from ._errors import InputError
+from ._simulation import Particles
 
 
 def material(name, state=None, *, wave_speed, what=""):
@@ -51,6 +52,8 @@ def material(name, state=None, *, wave_speed, what=""):
     for key, initial in state.items():
         if not isinstance(key, str) or not re.fullmatch(r"[A-Za-z]\w*", key):
             raise InputError(f"law {name}: state {key!r} must be a name of letters, digits and _")
+        if hasattr(Particles, key):
+            raise InputError(f"law {name}: state {key!r} is the name of another field of particles; take another one")
         try:
             initial = float(initial)
         except (TypeError, ValueError):

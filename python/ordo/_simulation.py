@@ -63,8 +63,15 @@ class Particles:
         return f"<ordo.Particles, {len(self)}: {', '.join(dir(self))}>"
 
 
+def _field(name):
+    def put(self, value):
+        self._view(name)[...] = value
+
+    return property(lambda self: self._view(name), put)
+
+
 for _name in _FIELDS:
-    setattr(Particles, _name, property(lambda self, name=_name: self._view(name), lambda self, value, name=_name: self._view(name).__setitem__(..., value)))
+    setattr(Particles, _name, _field(_name))
 
 
 class Grid:
@@ -165,7 +172,10 @@ class Simulation:
 
     @property
     def grid(self):
-        """Copies of the nodes after the last step, see `Grid`."""
+        """Copies of the nodes after the last step, see `Grid`. If particles were changed since, they are projected again, and views go
+        stale."""
+        if self._core.find_nodes():
+            self._clock.now += 1
         return Grid(**self._core.grid())
 
     @property
@@ -205,12 +215,13 @@ class Simulation:
 
     def _go(self, call):
         core = self._core
+        core.require_idle()  # else views of another call would go stale
         self._clock.now += 1
         try:
             call(core)
         finally:
             self._clock.now += 1
-        self._warn()
+            self._warn()
 
     def save(self, file):
         """Writes the state to a file, which replaces one of this name. `restore` and `ordo run --restart` go on from it bit for bit."""

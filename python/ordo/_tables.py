@@ -16,8 +16,10 @@ def history(path):
     if not file.is_file():
         raise InputError(f"{file}: there is no such file; give the folder of a run, such as results/two-disks")
     with open(file, newline="", encoding="utf-8") as text:
-        header, *rows = csv.reader(text)
+        header, *rows = list(csv.reader(text)) or [[]]
     try:
+        if not header:
+            raise ValueError
         numbers = np.array([[float(one) for one in row] for row in rows]).reshape(len(rows), len(header))
     except ValueError:
         raise InputError(f"{file}: is not a table of numbers") from None

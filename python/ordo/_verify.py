@@ -39,7 +39,10 @@ def verify(name, methods=(), cells=(), ppc=None, threads=None, **settings):
         raise InputError("verify: cells must be a list of whole numbers, and ppc a whole number") from None
     if any(one < 1 for one in cells):
         raise InputError("verify: cells must be positive")
-    pairs = [(key, value if isinstance(value, str) else repr(float(value))) for key, value in settings.items()]
+    try:
+        pairs = [(key, value if isinstance(value, str) else repr(float(value))) for key, value in settings.items()]
+    except (TypeError, ValueError):
+        raise InputError("verify: parameters must be numbers or words") from None
     try:
         return json.loads(_core.verify(str(name), list(methods), cells, ppc, pairs, _threads(threads)))
     except InputError as e:

@@ -7,7 +7,6 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
-#include <cstring>
 
 namespace ordo::python {
 
@@ -32,25 +31,34 @@ class PythonLaw final : public OutsideLaw {
         }
     }
 
-    void update(const NamedNumbers& parameters, const OutsideStep& step) const override
+    void update(const NamedNumbers& parameters, OutsideParticles& particles) const override
     {
         const py::gil_scoped_acquire gil;
-        const auto n = static_cast<py::ssize_t>(step.count);
+        const auto n = static_cast<py::ssize_t>(particles.count());
+        py::array_t<double> F({n, py::ssize_t{3}, py::ssize_t{3}}), dF({n, py::ssize_t{3}, py::ssize_t{3}});
+        particles.read_F(F.mutable_data());
+        particles.read_dF(dF.mutable_data());
         py::dict state;
-        for (std::size_t c = 0; c < history().size(); ++c)
-            state[history()[c].first.c_str()] = py::array_t<double>(n, step.history[c]);
-        const py::object cauchy = function_(tensors(n, step.F), tensors(n, step.dF), step.dt, state, numbers(parameters));
-        copy_numbers(name_, "cauchy", cauchy, {n, 3, 3}, step.cauchy);
         for (std::size_t c = 0; c < history().size(); ++c) {
-            const std::string& column = history()[c].first;
-            if (!state.contains(column))
-                throw InputError(name_ + ": took state \"" + column + "\" out of the dict; change it in place");
-            copy_numbers(name_, "state \"" + column + "\"", state[column.c_str()], {n}, step.history[c]);
+            py::array_t<double> column(n);
+            particles.read_history(c, column.mutable_data());
+            state[history()[c].first.c_str()] = column;
+        }
+        const py::object given = function_(F, dF, particles.dt(), state, numbers(parameters));
+        const Numbers cauchy   = numbers_of(name_, "cauchy", given, {n, 3, 3});
+        std::vector<Numbers> columns;
+        std::vector<const double*> values;
+        for (const auto& [name, initial] : history()) {
+            if (!state.contains(name))
+                throw InputError(name_ + ": took state \"" + name + "\" out of the dict; change it in place");
+            columns.push_back(numbers_of(name_, "state \"" + name + "\"", state[name.c_str()], {n}));
+            values.push_back(columns.back().data());
         }
         for (const auto& [key, value] : state)
             if (std::none_of(history().begin(), history().end(), [&](const auto& c) { return py::str(c.first).equal(key); }))
                 throw InputError(name_ + ": state " + std::string(py::repr(key)) +
                                  " was not declared; give it to ordo.material(state = ..)");
+        particles.set(cauchy.data(), values);
     }
 
   private:
@@ -60,11 +68,6 @@ class PythonLaw final : public OutsideLaw {
         for (const auto& [name, value] : parameters) r[name.c_str()] = value;
         return r;
     }
-    static py::array_t<double> tensors(py::ssize_t n, const double* values)
-    {
-        return py::array_t<double>(std::vector<py::ssize_t>{n, 3, 3}, values);
-    }
-
     std::string name_;
     py::object function_, speed_;
 };

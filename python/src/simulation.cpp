@@ -8,6 +8,7 @@
 #include "io/observers.hpp"
 #include "io/progress.hpp"
 #include "io/vtk.hpp"
+#include "material/outside_law.hpp"
 #include "method/courant.hpp"
 #include "method/diagnostics.hpp"
 #include "method/energy_account.hpp"
@@ -59,17 +60,20 @@ class Door {
     virtual std::vector<std::string> notes() const       = 0;
     virtual py::array particles(const std::string& name) = 0;
     virtual py::array field(const std::string& name)     = 0;
-    virtual py::dict grid()                              = 0;
-    virtual py::dict history()                           = 0;
-    virtual void step(std::optional<double> dt)          = 0;
-    virtual void run(const RunOptions& options)          = 0;
-    virtual void save(const Path& file)                  = 0;
-    virtual void restore(const Path& file)               = 0;
-    virtual void write(const Path& file)                 = 0;
-    virtual void set_body_force(const py::object& f)     = 0;
-    virtual void set_on_nodes(const py::object& f)       = 0;
-    virtual void set_on_step(const py::object& f)        = 0;
-    virtual std::vector<std::string> take_warnings()     = 0;
+    /// Sets the nodes if particles were changed. Returns whether it did, which ends the time of views.
+    virtual bool find_nodes()                        = 0;
+    virtual void require_idle()                      = 0;
+    virtual py::dict grid()                          = 0;
+    virtual py::dict history()                       = 0;
+    virtual void step(std::optional<double> dt)      = 0;
+    virtual void run(const RunOptions& options)      = 0;
+    virtual void save(const Path& file)              = 0;
+    virtual void restore(const Path& file)           = 0;
+    virtual void write(const Path& file)             = 0;
+    virtual void set_body_force(const py::object& f) = 0;
+    virtual void set_on_nodes(const py::object& f)   = 0;
+    virtual void set_on_step(const py::object& f)    = 0;
+    virtual std::vector<std::string> take_warnings() = 0;
 };
 
 constexpr auto kBetweenSignals = std::chrono::milliseconds(50);
@@ -85,9 +89,11 @@ class DoorOf final : public Door, private Observer<D> {
             sim_->scheme().project(state());  // for the first row
             state().projection.is_wanted = true;
             history_.emplace(input_, sim_->model());
+            probes_ = io::probe_particles(input_, state());
             add_row();
         });
         exports_.emplace(state().particles, stress_rows_);
+        seen_.emplace(state().particles);
         if (const Instability* found = instability_of(sim_->model().method))
             warnings_.push_back(
                 "with this method short waves grow, at any time step, once particles have left sub-cell centres: " +
@@ -106,11 +112,7 @@ class DoorOf final : public Door, private Observer<D> {
     int count() const override { return sim_->state().particles.count; }
     bool is_complete() const override { return sim_->is_complete(); }
     std::vector<std::string> notes() const override { return sim_->notes(); }
-    std::vector<std::string> state_names() const override
-    {
-        std::vector<std::string> r = sim_->state().particles.history_names;
-        return r;
-    }
+    std::vector<std::string> state_names() const override { return sim_->state().particles.history_names; }
     std::vector<std::string> take_warnings() override { return std::exchange(warnings_, {}); }
 
     py::array particles(const std::string& name) override
@@ -129,13 +131,11 @@ class DoorOf final : public Door, private Observer<D> {
             return of.template numpy<std::int32_t>({n}, {sizeof(std::int32_t)}, false);
         };
         if (name == "x") {
-            if (places_.size() != p.x.size() || !has_places_) ordo::copy(places_, p.x);
-            has_places_ = true;
+            seen_->x.see();
             return vectors(out.x, has_own_places);
         }
         if (name == "v") {
-            if (velocities_.size() != p.v.size() || !has_velocities_) ordo::copy(velocities_, p.v);
-            has_velocities_ = true;
+            seen_->v.see();
             return vectors(out.v, true);
         }
         if (name == "X") return vectors(out.X, false);
@@ -151,7 +151,8 @@ class DoorOf final : public Door, private Observer<D> {
         if (name == "id") return whole(out.id);
         const int column = p.history_column(name);
         if (column < 0) throw py::attribute_error("particles have no " + name);
-        return numbers(out.columns[static_cast<std::size_t>(column)], true);
+        seen_->columns[static_cast<std::size_t>(column)].see();
+        return numbers(out.columns[static_cast<std::size_t>(column)], name != OutsideLaw::kWork.name);
     }
 
     py::array field(const std::string& name) override
@@ -176,14 +177,20 @@ class DoorOf final : public Door, private Observer<D> {
         return r;
     }
 
+    bool find_nodes() override
+    {
+        const Inside inside(*this);
+        settle();
+        if (has_nodes_) return false;
+        require_good("grid");
+        release();  // a projection may sort the particles
+        in_pool([&] { sim_->scheme().project(state()); });
+        return has_nodes_ = true;
+    }
+
     py::dict grid() override
     {
         const Inside inside(*this);
-        if (!has_nodes_) {
-            settle();
-            in_pool([&] { sim_->scheme().project(state()); });
-        }
-        has_nodes_ = true;
         py::dict r;
         const NodeList<D> nodes = state().field.nodes.empty() ? NodeList<D>{} : nodes_with_mass(state());
         std::vector<Vec<D>> v;
@@ -201,6 +208,7 @@ class DoorOf final : public Door, private Observer<D> {
     py::dict history() override
     {
         const Inside inside(*this);
+        if (is_row_due_) add_row();
         const std::size_t columns = history_->columns().size(), rows = rows_.size() / columns;
         py::dict r;
         for (std::size_t c = 0; c < columns; ++c) {
@@ -259,11 +267,7 @@ class DoorOf final : public Door, private Observer<D> {
         w.step  = n();
         w.stage = state().stage;
         w.watched.assign(sim_->watch()->energies().begin(), sim_->watch()->energies().end());
-        for (const io::ProbeInput& probe : input_.probes) {
-            Vec<D> at{};
-            for (int a = 0; a < D && !probe.particle.empty(); ++a) at[a] = probe.particle[a];
-            w.probe_particles.push_back(probe.particle.empty() ? -1 : nearest_at_start(at));
-        }
+        w.probe_particles = probes_;
         in_pool([&] { io::save_state(file, input_, *sim_, w); });
     }
 
@@ -273,6 +277,7 @@ class DoorOf final : public Door, private Observer<D> {
         in_pool([&] {
             const io::Written w = io::restore_state(file, input_, *sim_);
             sim_->watch()->resume(w.watched, state());
+            probes_ = w.probe_particles;
             rows_.clear();
             last_row_  = -1;
             has_nodes_ = false;
@@ -297,14 +302,14 @@ class DoorOf final : public Door, private Observer<D> {
         auto force = [this, f](const ParticleView<D>& p, double t) {
             const py::gil_scoped_acquire gil;
             const py::ssize_t n = p.count;
-            std::vector<Vec<D>> x(static_cast<std::size_t>(n)), b(static_cast<std::size_t>(n));
+            std::vector<Vec<D>> x(static_cast<std::size_t>(n));
             for (int i = 0; i < p.count; ++i)
                 x[static_cast<std::size_t>(i)] = place_in_period(sim_->model(), state().particles, i);
             const py::object given = f(rows(x), py::array_t<double>(std::vector<py::ssize_t>{n, D}, p.X->c), t);
-            copy_numbers("body_force", "the acceleration", given, {n, D}, b.data()->c);
+            const Numbers b        = numbers_of("body_force", "the acceleration", given, {n, D});
             for (int i = 0; i < p.count; ++i)
                 for (int a = 0; a < D; ++a) {
-                    const double one = b[static_cast<std::size_t>(i)][a];
+                    const double one = b.data()[i * D + a];
                     if (!std::isfinite(one))
                         throw NumericalError(
                             fmt::format("body_force: the acceleration of particle {} of body {} at {} is not finite", p.id[i],
@@ -328,8 +333,12 @@ class DoorOf final : public Door, private Observer<D> {
                     .attr("Nodes")(now.t, now.dt, rows(now.nodes.place), py::array_t<double>(m, now.nodes.mass.data()), momentum,
                                    force, py::array_t<int>(m, now.nodes.field.data()));
             f(nodes);
-            copy_numbers("on_nodes", "momentum", nodes.attr("momentum"), {m, D}, now.momentum.data()->c);
-            copy_numbers("on_nodes", "force", nodes.attr("force"), {m, D}, now.force.data()->c);
+            auto take = [&](const char* what, std::vector<Vec<D>>& to) {
+                const Numbers numbers = numbers_of("on_nodes", what, nodes.attr(what), {m, D});
+                if (m > 0) std::copy_n(numbers.data(), numbers.size(), to.data()->c);
+            };
+            take("momentum", now.momentum);
+            take("force", now.force);
         });
     }
 
@@ -342,16 +351,22 @@ class DoorOf final : public Door, private Observer<D> {
   private:
     // ---- who may come in -----------------------------------------------------------------------------------------------------
 
-    /// A call that looks: from any thread while nothing runs, or from a callback after a step.
+    /// A call that looks: while nothing runs, or from a callback after a step; one at a time, because some leave the interpreter to others.
     class Inside {
       public:
-        explicit Inside(DoorOf& of)
+        explicit Inside(DoorOf& of) : of_(of)
         {
             of.require_own_process();
-            if (of.is_running_ && std::this_thread::get_id() != of.visitor_)
-                throw std::runtime_error(
-                    "the simulation runs in another thread, or within a callback of a step; wait until it returns");
+            if (of.is_inside_ || (of.is_running_ && std::this_thread::get_id() != of.visitor_))
+                throw std::runtime_error("the simulation is in use, by another thread or by the call that this callback is part "
+                                         "of; wait until it returns");
+            of.is_inside_ = true;
         }
+        ~Inside() { of_.is_inside_ = false; }
+        Inside(const Inside&) = delete;
+
+      private:
+        DoorOf& of_;
     };
 
     /// A call that steps.
@@ -359,10 +374,7 @@ class DoorOf final : public Door, private Observer<D> {
       public:
         explicit Running(DoorOf& of) : of_(of)
         {
-            of.require_own_process();
-            if (of.is_running_)
-                throw std::runtime_error(
-                    "the simulation is running already; callbacks cannot step it, nor can other threads meanwhile");
+            of.require_idle();
             of.require_good("step");
             of.is_running_ = true;
         }
@@ -373,6 +385,13 @@ class DoorOf final : public Door, private Observer<D> {
         DoorOf& of_;
     };
 
+    void require_idle() override
+    {
+        require_own_process();
+        if (is_running_ || is_inside_)
+            throw std::runtime_error(
+                "the simulation is in use already; callbacks cannot step it, nor can other threads meanwhile");
+    }
     void require_own_process() const
     {
         if (getpid() != process_)
@@ -399,20 +418,26 @@ class DoorOf final : public Door, private Observer<D> {
     {
         is_stopped_ = false;
         in_step_    = false;
+        pending_    = nullptr;
         release();
-        const WholeSteps whole_steps;
+        WholeSteps whole_steps;
+        whole_steps_ = &whole_steps;
         try {
             in_pool(f);
         } catch (const std::exception& e) {
-            if (in_step_) spoiled_ = e.what();
+            whole_steps_ = nullptr;
+            pending_     = nullptr;
+            if (in_step_ || dynamic_cast<const NumericalError*>(&e)) spoil(e.what());
             throw;
         }
-        if (!pending_ && WholeSteps::is_interrupted()) {  // after the last step
-            PyErr_SetNone(PyExc_KeyboardInterrupt);
-            throw py::error_already_set();
-        }
+        whole_steps_ = nullptr;
         if (pending_) std::rethrow_exception(std::exchange(pending_, nullptr));
+        if (!whole_steps.take()) return;  // else it came after the last step
+        PyErr_SetNone(PyExc_KeyboardInterrupt);
+        throw py::error_already_set();
     }
+
+    void spoil(const std::string& why) { spoiled_ = why.substr(0, why.find('\n')); }
 
     // ---- after each step -----------------------------------------------------------------------------------------------------
 
@@ -423,54 +448,73 @@ class DoorOf final : public Door, private Observer<D> {
     }
     void after_step(Simulation<D>& sim, const StepSize& size) override
     {
-        in_step_   = false;
-        has_nodes_ = true;
-        if (n() % input_.output.history_interval == 0 || sim.is_stage_over()) add_row();
-        if (files_) files_->writer.after_step(sim, size);
-        if (files_) files_->keep.after_step(sim, size);
+        in_step_    = false;
+        has_nodes_  = true;
+        is_row_due_ = n() % input_.output.history_interval == 0 || sim.is_stage_over();
+        call_python();  // first: files and checkpoints have what it changes
+        if (files_) {
+            files_->writer.after_step(sim, size);
+            files_->keep.after_step(sim, size);
+        }
+        if (is_row_due_) add_row();
         if (progress_) progress_->show(n(), t(), size.dt);
+    }
+    /// The user's function, Ctrl-C, and other signals now and then.
+    void call_python()
+    {
         const auto now         = std::chrono::steady_clock::now();
         const bool is_time     = now - last_signals_ >= kBetweenSignals;
         const bool has_on_step = on_step_ && !on_step_.is_none();
-        if (!has_on_step && !is_time && !WholeSteps::is_interrupted()) return;
+        if (!has_on_step && !is_time && !whole_steps_->is_interrupted()) return;
         const py::gil_scoped_acquire gil;
-        if (WholeSteps::is_interrupted()) {
+        if (has_on_step) call_on_step();
+        if (pending_) return;
+        if (whole_steps_->take()) {
             PyErr_SetNone(PyExc_KeyboardInterrupt);
-            return stop();
+            return stop(std::make_exception_ptr(py::error_already_set()));
         }
-        if (is_time) {
-            last_signals_ = now;
-            if (PyErr_CheckSignals() != 0) return stop();
-        }
-        if (!has_on_step) return;
+        if (!is_time) return;
+        last_signals_ = now;
+        if (PyErr_CheckSignals() != 0) stop(std::make_exception_ptr(py::error_already_set()));
+    }
+    void call_on_step()
+    {
         visitor_ = std::this_thread::get_id();
         try {
             const py::object f = on_step_, answer = f();
             is_stopped_ = is_stopped_ || (py::isinstance<py::bool_>(answer) && !answer.cast<bool>());
-            release();
         } catch (...) {
-            pending_    = std::current_exception();
-            is_stopped_ = true;
+            stop(std::current_exception());
         }
         visitor_ = {};
+        for (bool is_settled = false; !is_settled;) {  // what cannot stay is put back, one field after the other
+            try {
+                release();
+                is_settled = true;
+            } catch (...) {
+                if (!pending_) stop(std::current_exception());
+            }
+        }
     }
     void failed(Simulation<D>& sim, const NumericalError& e) override
     {
         if (files_) files_->writer.failed(sim, e);
     }
 
-    /// Ends the run with the Python error that is set.
-    void stop()
+    /// Ends the run after this step with an error.
+    void stop(std::exception_ptr error)
     {
-        pending_    = std::make_exception_ptr(py::error_already_set());
+        pending_    = std::move(error);
         is_stopped_ = true;
     }
 
     void add_row()
     {
+        is_row_due_ = false;
         if (last_row_ == n()) return;
-        last_row_                     = n();
-        const std::vector<double> row = history_->row(state());
+        last_row_                          = n();
+        const std::vector<double>* written = files_ ? files_->writer.row_of(state()) : nullptr;
+        const std::vector<double> row      = written ? *written : history_->row(state());
         rows_.insert(rows_.end(), row.begin(), row.end());
     }
 
@@ -480,7 +524,7 @@ class DoorOf final : public Door, private Observer<D> {
             : input(with_directory(door.input_, *options.output)),
               directory(input.output, options.overwrites ? io::Earlier::overwrite : io::Earlier::refuse),
               checkpoints(input, door.sim_->model(), directory),
-              writer(input, door.sim_->model(), directory, door.state()),
+              writer(input, door.sim_->model(), directory, *door.state().ranks, door.probes_),
               keep(checkpoints, writer, [&door] { return door.is_stopped_.load(); })
         {}
         static io::CaseInput with_directory(io::CaseInput input, const Path& path)
@@ -514,6 +558,53 @@ class DoorOf final : public Door, private Observer<D> {
 
     // ---- what numpy sees and changes --------------------------------------------------------------------------------------------
 
+    /// A field that numpy may have changed, and what it was.
+    template <class T>
+    struct SeenField {
+        Array<T>* now;
+        Array<T> before{};
+        bool is_seen = false;
+
+        void see()
+        {
+            if (!std::exchange(is_seen, true)) ordo::copy(before, *now);
+        }
+        bool differs() const { return is_seen && std::memcmp(now->data(), before.data(), now->size() * sizeof(T)) != 0; }
+        void put_back() { ordo::copy(*now, before); }
+    };
+    struct Seen {
+        explicit Seen(Particles<D>& p) : x{&p.x}, v{&p.v}
+        {
+            for (Array<double>& column : p.history) columns.push_back({&column});
+        }
+        template <class Use>
+        void for_each(const Use& use)
+        {
+            use(x);
+            use(v);
+            for (SeenField<double>& column : columns) use(column);
+        }
+        /// What was and what is.
+        void swap()
+        {
+            for_each([](auto& one) {
+                if (one.is_seen) std::swap(*one.now, one.before);
+            });
+        }
+        void see_again()
+        {
+            for_each([](auto& one) {
+                if (one.is_seen) ordo::copy(one.before, *one.now);
+            });
+        }
+        void forget()
+        {
+            for_each([](auto& one) { one.is_seen = false; });
+        }
+        SeenField<Vec<D>> x, v;
+        std::vector<SeenField<double>> columns;
+    };
+
     State<D>& state() { return sim_->state(); }
 
     static py::array_t<double> rows(const std::vector<Vec<D>>& v)
@@ -525,113 +616,127 @@ class DoorOf final : public Door, private Observer<D> {
     void show_stress()
     {
         const Particles<D>& p = state().particles;
-        stress_rows_          = Array<Mat<D>>(p.sigma.size());
+        if (stress_rows_.size() != p.sigma.size()) stress_rows_ = Array<Mat<D>>(p.sigma.size());  // else numpy may see it
         for (int i = 0; i < p.count; ++i)
             for (int a = 0; a < D; ++a)
                 for (int b = 0; b < D; ++b) stress_rows_[i](a, b) = p.sigma[i](a, b);
         stress_shown_ = true;
     }
 
-    /// Takes over what numpy has changed, with all that follows from it.
+    /// Takes over what numpy has changed, with all that follows from it. Throws InputError for what cannot stay, which is then as it was.
     void settle()
     {
-        if (!has_places_ && !has_velocities_ && !stress_shown_) return;
-        Particles<D>& p    = state().particles;
-        const auto differs = [](const auto& a, const auto& b) {
-            return std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) != 0;
-        };
-        const bool moved = has_places_ && differs(p.x, places_), kicked = has_velocities_ && differs(p.v, velocities_);
-        const bool pressed = stress_shown_ && take_stress();
-        if (!moved && !kicked && !pressed) return;
-        if (kicked) require_finite("v", p.v, velocities_);
-        if (moved) require_finite("x", p.x, places_);
+        Particles<D>& p = state().particles;
+        Seen& seen      = *seen_;
+        require_finite("v", seen.v);
+        require_finite("x", seen.x);
+        for (std::size_t k = 0; k < seen.columns.size(); ++k) require_finite(p.history_names[k], seen.columns[k]);
+        const bool moved = seen.x.differs(), kicked = seen.v.differs();
         if (moved) require_in_grid();
-        // The energies of before: what was changed is neither gained nor lost by the method.
-        if (moved) std::swap(p.x, places_);
-        if (kicked) std::swap(p.v, velocities_);
-        if (pressed) std::swap(p.sigma, old_stress_);
-        const EnergyParts before = energy_parts(totals(sim_->model(), state()));
-        if (moved) std::swap(p.x, places_);
-        if (kicked) std::swap(p.v, velocities_);
-        if (pressed) std::swap(p.sigma, old_stress_);
+        const bool pressed = has_stress_changed();
+        bool carried       = false;
+        for (const auto& column : seen.columns) carried = carried || column.differs();
+        if (!moved && !kicked && !pressed && !carried) return;
+        // What was changed is neither gained nor lost by the method.
+        seen.swap();
+        const EnergyParts before = energies();
+        seen.swap();
+        if (pressed) take_stress();
         if (kicked) follow_velocities();
-        const EnergyParts added = energy_parts(totals(sim_->model(), state())) - before;
+        const EnergyParts added = energies() - before;
         state().account.start += added;
         state().account.staged -= added.all();
         if (moved) {
             state().drift               = std::numeric_limits<double>::infinity();  // sort before the next step
             state().has_external_forces = false;
         }
-        if (moved) ordo::copy(places_, p.x);
-        if (kicked) ordo::copy(velocities_, p.v);
+        seen.see_again();
         has_nodes_ = false;
+    }
+
+    EnergyParts energies()
+    {
+        EnergyParts r;
+        with_threads(threads_, [&] { r = energy_parts(totals(sim_->model(), state())); });
+        return r;
     }
 
     /// What particles and corners carry besides their velocities gets the same changes. A corner takes the mean of its cells.
     void follow_velocities()
     {
         Particles<D>& p = state().particles;
-        for (int i = 0; i < p.count && !p.modes.empty(); ++i) p.modes[i].c[0] += p.v[i] - velocities_[i];
+        for (int i = 0; i < p.count && !p.modes.empty(); ++i) p.modes[i].c[0] += p.v[i] - seen_->v.before[i];
         if (p.corner_velocity.empty()) return;
         std::vector<Vec<D>> sum(p.corner_velocity.size());
         std::vector<int> cells(sum.size());
         for (int i = 0; i < p.count; ++i)
             for (int c = 0; c < p.cell[i].count(); ++c) {
                 const auto corner = static_cast<std::size_t>(p.cell[i][c]);
-                sum[corner] += p.v[i] - velocities_[i];
+                sum[corner] += p.v[i] - seen_->v.before[i];
                 ++cells[corner];
             }
         for (std::size_t c = 0; c < sum.size(); ++c)
             if (cells[c] > 0) p.corner_velocity[c] += (1.0 / cells[c]) * sum[c];
     }
 
-    /// Whether the stresses were changed; takes them over and keeps the old ones.
-    bool take_stress()
+    /// Throws InputError if they are no stresses, and shows the old ones again.
+    bool has_stress_changed()
     {
         Particles<D>& p = state().particles;
         bool is_changed = false;
-        for (int i = 0; i < p.count; ++i) {
+        for (int i = 0; i < p.count && stress_shown_; ++i) {
             const Mat<D>& now = stress_rows_[i];
             for (int a = 0; a < D; ++a)
                 for (int b = a; b < D; ++b) {
                     if (now(a, b) == p.sigma[i](a, b) && now(b, a) == p.sigma[i](a, b)) continue;
-                    if (!std::isfinite(now(a, b)) || now(a, b) != now(b, a))
-                        throw InputError(fmt::format("stress of particle {} of body {} at {} is not {}", p.id[i], p.body[i],
-                                                     place_text(p.x[i]), std::isfinite(now(a, b)) ? "symmetric" : "finite"));
                     is_changed = true;
+                    if (std::isfinite(now(a, b)) && now(a, b) == now(b, a)) continue;
+                    const char* const fault = std::isfinite(now(a, b)) ? "symmetric" : "finite";
+                    show_stress();
+                    throw InputError(
+                        fmt::format("stress of particle {} of body {} at {} is not {}; all stresses are as they were", p.id[i],
+                                    p.body[i], place_text(p.x[i]), fault));
                 }
         }
-        if (!is_changed) return false;
-        ordo::copy(old_stress_, p.sigma);
+        return is_changed;
+    }
+    void take_stress()
+    {
+        Particles<D>& p = state().particles;
         for (int i = 0; i < p.count; ++i)
             for (int a = 0; a < D; ++a)
                 for (int b = a; b < D; ++b) p.sigma[i](a, b) = stress_rows_[i](a, b);
-        return true;
     }
 
-    /// Puts back what numbers cannot stay, so that the state remains good.
-    void require_finite(const char* name, Array<Vec<D>>& now, const Array<Vec<D>>& before)
+    template <class T>
+    void require_finite(const std::string& name, SeenField<T>& field)
     {
         const Particles<D>& p = state().particles;
-        for (int i = 0; i < p.count; ++i)
-            for (int a = 0; a < D; ++a) {
-                if (std::isfinite(now[i][a])) continue;
-                ordo::copy(now, before);
-                throw InputError(fmt::format("{} of particle {} of body {} is not finite; all {} are as they were", name, p.id[i],
-                                             p.body[i], name));
+        auto is_finite        = [](const T& value) {
+            if constexpr (std::is_same_v<T, double>) {
+                return std::isfinite(value);
+            } else {
+                return std::all_of(value.c, value.c + D, [](double one) { return std::isfinite(one); });
             }
+        };
+        for (int i = 0; i < p.count && field.is_seen; ++i) {
+            if (is_finite((*field.now)[i])) continue;
+            field.put_back();
+            throw InputError(fmt::format("{} of particle {} of body {} is not finite; all {} are as they were", name, p.id[i],
+                                         p.body[i], name));
+        }
     }
     void require_in_grid()
     {
-        Particles<D>& p       = state().particles;
+        const Particles<D>& p = state().particles;
         const Model<D>& model = sim_->model();
         for (int i = 0; i < p.count; ++i)
             for (int a = 0; a < D; ++a) {
-                if (model.periodic[a] ? std::fabs(p.x[i][a] - places_[i][a]) < model.cells[a] * model.h[a]
+                if (model.periodic[a] ? std::fabs(p.x[i][a] - seen_->x.before[i][a]) < model.cells[a] * model.h[a]
                                       : p.x[i][a] >= model.face(a, false) && p.x[i][a] <= model.face(a, true))
                     continue;
                 const std::string at = place_text(p.x[i]);
-                ordo::copy(p.x, places_);
+                seen_->x.put_back();
                 throw InputError(fmt::format("x of particle {} of body {} at {} is outside the grid; all x are as they were",
                                              p.id[i], p.body[i], at));
             }
@@ -641,18 +746,9 @@ class DoorOf final : public Door, private Observer<D> {
     void release()
     {
         settle();
-        has_places_ = has_velocities_ = stress_shown_ = false;
+        seen_->forget();
+        stress_shown_ = false;
         exports_->for_each([](auto& one) { one.release(); });
-    }
-
-    int nearest_at_start(const Vec<D>& at)
-    {
-        const Particles<D>& p = state().particles;
-        int best              = 0;
-        auto distance         = [&](int i) { return norm(p.X[i] - at); };
-        for (int i = 1; i < p.count; ++i)
-            if (distance(i) < distance(best) || (distance(i) == distance(best) && p.id[i] < p.id[best])) best = i;
-        return p.id[best];
     }
 
     io::CaseInput input_;
@@ -665,19 +761,21 @@ class DoorOf final : public Door, private Observer<D> {
     long last_row_ = -1;
 
     std::atomic<bool> is_running_ = false, is_stopped_ = false;
-    bool in_step_ = false, has_nodes_ = true;
-    std::string spoiled_;  ///< why the state is not good
+    bool is_inside_ = false, in_step_ = false, has_nodes_ = true, is_row_due_ = false;
+    std::vector<std::int32_t> probes_;  ///< the particles of [[probe]]
+    std::string spoiled_;               ///< why the state is not good
     std::exception_ptr pending_;
-    std::thread::id visitor_{};  ///< that may look while the simulation runs
+    std::thread::id visitor_{};          ///< that may look while the simulation runs
+    WholeSteps* whole_steps_ = nullptr;  ///< of the call that steps
     std::chrono::steady_clock::time_point last_signals_{};
     py::object on_step_;
     Files* files_           = nullptr;
     io::Progress* progress_ = nullptr;
 
-    Array<Vec<D>> places_, velocities_;  ///< what numpy saw
-    Array<Mat<D>> stress_rows_;          ///< what numpy sees of the stress, which is symmetric in memory
-    Array<Stress<D>> old_stress_;
-    bool has_places_ = false, has_velocities_ = false, stress_shown_ = false;
+    Array<Mat<D>> stress_rows_;  ///< what numpy sees of the stress, which is symmetric in memory
+    bool stress_shown_ = false;
+    std::optional<Seen> seen_;
+
     /// Of the fields of particles.
     struct Exports {
         explicit Exports(Particles<D>& p, Array<Mat<D>>& stress_rows)
@@ -742,6 +840,8 @@ void add_simulation(py::module_& module)
         .def("take_warnings", &Door::take_warnings)
         .def("particles", &Door::particles)
         .def("field", &Door::field)
+        .def("find_nodes", &Door::find_nodes)
+        .def("require_idle", &Door::require_idle)
         .def("grid", &Door::grid)
         .def("history", &Door::history)
         .def("step", &Door::step, py::arg("dt"))

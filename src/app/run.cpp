@@ -181,7 +181,7 @@ io::Writer<D> files_of(const io::CaseInput& input, Simulation<D>& sim, io::RunDi
     const auto begin = std::chrono::steady_clock::now();
     sim.scheme().project(sim.state());
     if (!quiet) warn_of_long_run(input, sim, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-    return {input, sim.model(), directory, sim.state()};
+    return {input, sim.model(), directory, ranks, io::probe_particles(input, sim.state())};
 }
 
 /// Runs a case from its start or a checkpoint to its end or a signal. Returns the exit code.

@@ -204,6 +204,7 @@ void for_each_number(State<D>& s, F&& f)
         for (int a = 0; a < D; ++a) f(fmt::format("wall_shift_{}_{}", k, a).c_str(), s.wall_shifts[k][a]);
     f("kinetic_energy", s.kinetic_energy);
     f("body_force_work", s.account.body_force_work);
+    f("nodes_work", s.account.nodes_work);
     f("damped_energy", s.account.damped);
     f("filtered_energy", s.account.filtered);
     f("nodal_kinetic_energy", s.account.nodal_kinetic);

@@ -1661,8 +1661,13 @@ std::string echo_case(const CaseInput& c)
 
 std::vector<SectionText> input_schema()
 {
+    SectionText material = described(material_section());
+    material.keys.push_back(
+        {{.name = "parameters", .what = "numbers by name, of a law that was added from outside ([python.md](python.md))"},
+         "table of numbers",
+         ""});
     return {described(case_section()),     described(grid_section()),     described(method_section()),
-            described(time_section()),     described(damping_section()),  described(material_section()),
+            described(time_section()),     described(damping_section()),  std::move(material),
             described(body_section()),     described(boundary_section()), described(region_section()),
             described(traction_section()), described(contact_section()),  described(obstacle_section()),
             described(stage_section()),    described(output_section()),   described(checkpoint_section()),

@@ -44,14 +44,23 @@ FrameStyle style_of(const OutputInput& in)
 }
 
 template <int D>
-Writer<D>::Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, const State<D>& start)
-    : input_(input), model_(model), numbers_(input, model), directory_(directory), ranks_(*start.ranks)
+std::vector<std::int32_t> probe_particles(const CaseInput& input, const State<D>& start)
 {
+    std::vector<std::int32_t> r;
     for (const ProbeInput& p : input.probes) {
         Vec<D> at{};
         for (int a = 0; a < D && !p.particle.empty(); ++a) at[a] = p.particle[a];
-        written_.probe_particles.push_back(p.particle.empty() ? -1 : nearest_particle(start, at));
+        r.push_back(p.particle.empty() ? -1 : nearest_particle(start, at));
     }
+    return r;
+}
+
+template <int D>
+Writer<D>::Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, Ranks& ranks,
+                  std::vector<std::int32_t> probe_particles)
+    : input_(input), model_(model), numbers_(input, model), directory_(directory), ranks_(ranks)
+{
+    written_.probe_particles = std::move(probe_particles);
     agree(ranks_, [&] { start_files(); });
 }
 
@@ -223,7 +232,8 @@ void Writer<D>::row(State<D>& s)
 {
     if (written_.row_step == s.n) return;
     written_.row_step = s.n;
-    add(history_, fmt::format("{}", fmt::join(numbers_.row(s), ",")));
+    row_              = numbers_.row(s);
+    add(history_, fmt::format("{}", fmt::join(row_, ",")));
     for (std::size_t k = 0; k < bodies_.size(); ++k) {
         const BodyTotals b = totals_of_body(model_, s, static_cast<int>(k));
         if (b.mass == 0) continue;  // it was taken out
@@ -330,6 +340,9 @@ void Writer<D>::flush(LineFile::When when)
     });
 }
 
+template std::vector<std::int32_t> probe_particles(const CaseInput&, const State<1>&);
+template std::vector<std::int32_t> probe_particles(const CaseInput&, const State<2>&);
+template std::vector<std::int32_t> probe_particles(const CaseInput&, const State<3>&);
 template class Writer<1>;
 template class Writer<2>;
 template class Writer<3>;

@@ -19,13 +19,18 @@ namespace ordo::io {
 /// What [output] says of files of particles.
 FrameStyle style_of(const OutputInput& input);
 
+/// The ids of the particles that the probes of a case follow, -1 for points; from the state at its start.
+template <int D>
+std::vector<std::int32_t> probe_particles(const CaseInput& input, const State<D>& start);
+
 /// Writes rows and frames when they are due, at the start, at the end of a stage and of the run, and after a failure. Of several ranks
 /// the first writes; all call the same functions.
 template <int D>
 class Writer : public Observer<D> {
   public:
     /// Removes the files of an earlier run, writes the resolved case and the headers.
-    Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, const State<D>& start);
+    Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, Ranks& ranks,
+           std::vector<std::int32_t> probe_particles);
     /// Continues the files of an interrupted run, cut back to the lengths in `written`; require_files has checked them. Starts new
     /// files if the directory has none.
     Writer(const CaseInput& input, const Model<D>& model, RunDirectory& directory, Ranks& ranks, const Written& written);
@@ -37,6 +42,8 @@ class Writer : public Observer<D> {
 
     /// Also writes all pending rows to the tables, whose sizes only the first rank knows.
     Written written();
+    /// The numbers of the row of this step; nothing if it has none.
+    const std::vector<double>* row_of(const State<D>& s) const { return written_.row_step == s.n ? &row_ : nullptr; }
     std::size_t frame_count() const { return written_.frames.size(); }
     const std::filesystem::path& directory() const { return directory_.path(); }
 
@@ -78,6 +85,7 @@ class Writer : public Observer<D> {
     std::vector<Probe> probes_;
     std::vector<LineFile> bodies_;  ///< none if they are not wanted
     Written written_;
+    std::vector<double> row_;                 ///< of history.csv, the last one
     std::optional<std::int64_t> resumed_at_;  ///< the step of a restart
     double last_frame_ = 0.0;                 ///< its time, s
 };

@@ -10,11 +10,24 @@ namespace ordo {
 
 namespace {
 
-/// Never destroyed: what a law holds of an interpreter must not outlive it at the end of the program.
+/// Never destroyed: what a law holds of an interpreter must not outlive it at the end of the program. Guarded by the mutex.
 std::vector<std::unique_ptr<const OutsideLaw>>& kept_laws()
 {
     static auto* const laws = new std::vector<std::unique_ptr<const OutsideLaw>>;
     return *laws;
+}
+std::mutex& mutex_of_laws()
+{
+    static std::mutex mutex;
+    return mutex;
+}
+
+/// The last one of this name; null if there is none.
+const OutsideLaw* find_kept(std::string_view name)
+{
+    const auto& added = kept_laws();
+    const auto last   = std::find_if(added.rbegin(), added.rend(), [&](const auto& law) { return law->row().name == name; });
+    return last == added.rend() ? nullptr : last->get();
 }
 
 /// What is stored is the work of the stresses without what a column of that name says is lost to heat.
@@ -75,6 +88,7 @@ void add_law(std::unique_ptr<const OutsideLaw> law)
     for (const LawRow& row : laws())
         if (row.name == law->row().name)
             throw InputError(std::string(row.name) + ": is the name of a law of ordo; give yours another one");
+    const std::lock_guard lock(mutex_of_laws());
     kept_laws().push_back(std::move(law));
 }
 
@@ -82,25 +96,31 @@ std::vector<const LawRow*> all_laws()
 {
     std::vector<const LawRow*> r;
     for (const LawRow& row : laws()) r.push_back(&row);
+    const std::lock_guard lock(mutex_of_laws());
     for (const auto& law : kept_laws())
-        if (find_law(law->row().name) == &law->row()) r.push_back(&law->row());
+        if (find_kept(law->row().name) == law.get()) r.push_back(&law->row());
     return r;
 }
 
-std::size_t version_of_laws() { return kept_laws().size(); }
+std::size_t version_of_laws()
+{
+    const std::lock_guard lock(mutex_of_laws());
+    return kept_laws().size();
+}
 
 const LawRow* find_law(std::string_view name)
 {
     for (const LawRow& row : laws())
         if (row.name == name) return &row;
-    const auto& added = kept_laws();
-    const auto last   = std::find_if(added.rbegin(), added.rend(), [&](const auto& law) { return law->row().name == name; });
-    return last == added.rend() ? nullptr : &(*last)->row();
+    const std::lock_guard lock(mutex_of_laws());
+    const OutsideLaw* const added = find_kept(name);
+    return added ? &added->row() : nullptr;
 }
 
 const NamedNumbers* keep_numbers(NamedNumbers numbers)
 {
     static auto* const kept = new std::set<NamedNumbers>;
+    const std::lock_guard lock(mutex_of_laws());
     return &*kept->insert(std::move(numbers)).first;
 }
 

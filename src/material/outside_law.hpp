@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,13 +14,20 @@
 namespace ordo {
 
 /// The particles of a material in a step. Tensors are 3 x 3, row by row; F and dF have ones where the problem has no axis.
-struct OutsideStep {
-    std::size_t count;
-    const double* F;               ///< [count][9], deformation gradient after the step
-    const double* dF;              ///< [count][9], that of the step: F = dF F_old
-    double dt;                     ///< s
-    std::vector<double*> history;  ///< [column][count], the law's own columns, to be changed
-    double* cauchy;                ///< [count][9], to be set, Pa
+class OutsideParticles {
+  public:
+    virtual ~OutsideParticles() = default;
+
+    virtual std::size_t count() const = 0;
+    virtual double dt() const         = 0;  ///< s
+    /// The deformation gradient after the step, and that of the step, F = dF F_old: [count][9].
+    virtual void read_F(double* out) const  = 0;
+    virtual void read_dF(double* out) const = 0;
+    /// A column of the law's own history: [count].
+    virtual void read_history(std::size_t column, double* out) const = 0;
+    /// Sets the Cauchy stresses, [count][9], Pa, and all columns. Throws NumericalError, and sets nothing, where a stress is not symmetric or
+    /// has a component that the problem does not have, and where a number is not finite.
+    virtual void set(const double* cauchy, const std::vector<const double*>& history) = 0;
 };
 
 class OutsideLaw {
@@ -33,7 +41,7 @@ class OutsideLaw {
     /// The speed of P-waves at rest, m/s, from which time steps follow.
     virtual double wave_speed(const NamedNumbers& parameters) const = 0;
     /// Sets stresses and history. Called by one thread.
-    virtual void update(const NamedNumbers& parameters, const OutsideStep& step) const = 0;
+    virtual void update(const NamedNumbers& parameters, OutsideParticles& particles) const = 0;
 
     const LawRow& row() const { return row_; }
     const std::vector<std::pair<std::string, double>>& history() const { return history_; }
@@ -58,17 +66,18 @@ std::vector<const LawRow*> all_laws();
 /// A number that changes when a law is added, for tables made from the list.
 std::size_t version_of_laws();
 
-/// What make() makes from the list of laws, made again after a law was added. One for each type of `make`.
+/// What make() makes from the list of laws, made again after a law was added; former ones stay, because others may look at them. One for
+/// each type of `make`.
 template <class Make>
 const auto& kept_with_laws(const Make& make)
 {
-    static std::size_t version = version_of_laws();
-    static auto kept           = make();
-    if (version != version_of_laws()) {
-        version = version_of_laws();
-        kept    = make();
-    }
-    return kept;
+    using Made = decltype(make());
+    static std::mutex mutex;
+    static auto* const versions = new std::map<std::size_t, Made>;
+    const std::lock_guard lock(mutex);
+    const std::size_t version = version_of_laws();
+    const auto found          = versions->find(version);
+    return found != versions->end() ? found->second : versions->emplace(version, make()).first->second;
 }
 
 /// The same numbers, kept for good: equal ones have equal addresses.

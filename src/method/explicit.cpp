@@ -78,9 +78,9 @@ void Explicit<D>::take_step(State<D>& s, double dt) const
     find_held_by_bodies(s);
     clear_nodes(s, nodes);
     const bool has_velocities = find_forces(s, nodes, strain, by);  // m_i, (m v)_i or v_i, f_i <- particles
-    if (this->changes_nodes()) change_nodes(s, nodes, by, has_velocities);
     if (s.projection.is_wanted) report_projection(s, nodes, has_velocities);
     if (s.account.is_wanted) keep_forces(s, nodes);
+    if (this->changes_nodes()) change_nodes(s, nodes, by, has_velocities);
     kick(s, nodes, by, has_velocities);  // v_i; a_i = f_i/m_i + g; v_i += dt a_i
     constrain(s, nodes, by, Velocity::advanced);
     if (s.account.is_wanted) add_kick(s, nodes, by);
@@ -118,7 +118,8 @@ bool Explicit<D>::find_forces(State<D>& s, Lanes* nodes, Lanes* strain, const Ki
     return true;
 }
 
-/// Lets a user change momenta and forces before the kick. What is not changed keeps its bits.
+/// Lets a user change momenta and forces before the kick. What is not changed keeps its bits. For the account the changes are like those
+/// of constraints: by an impulse now, and by forces over the kick.
 template <int D>
 void Explicit<D>::change_nodes(State<D>& s, Lanes* nodes, const Kick& by, bool has_velocities) const
 {
@@ -133,6 +134,7 @@ void Explicit<D>::change_nodes(State<D>& s, Lanes* nodes, const Kick& by, bool h
         }
     }
     const NodeForces<D> before = now;
+    double of_impulses = 0.0, of_forces = 0.0;  // work, J
     this->changes_nodes()(now);
     for (std::size_t k = 0; k < now.nodes.record.size(); ++k) {
         Lanes& n       = nodes[now.nodes.record[k]];
@@ -142,10 +144,15 @@ void Explicit<D>::change_nodes(State<D>& s, Lanes* nodes, const Kick& by, bool h
             if (!std::isfinite(momentum) || !std::isfinite(force))
                 throw NumericalError(fmt::format("on_nodes: {} of the node at {} is not finite",
                                                  std::isfinite(force) ? "momentum" : "force", place_text(now.nodes.place[k])));
-            if (momentum != before.momentum[k][a]) n[NodeLane::velocity + a] = momentum / (has_velocities ? m : 1.0);
-            if (force != before.force[k][a]) n[NodeLane::increment + a] = force - m * model().gravity[a];
+            const double old = before.momentum[k][a], old_force = before.force[k][a];
+            if (momentum != old) n[NodeLane::velocity + a] = momentum / (has_velocities ? m : 1.0);
+            if (force != old_force) n[NodeLane::increment + a] = force - m * model().gravity[a];
+            of_impulses += (momentum * momentum - old * old) / (2 * m);
+            of_forces += by.dt * (force - old_force) * (momentum + 0.5 * by.dt * force) / m;
         }
     }
+    s.account.nodes.constraints += of_impulses;
+    s.account.nodes_work -= of_impulses + of_forces;
     s.field.halo.copy(nodes);
 }
 

@@ -161,8 +161,9 @@ struct Account {
     std::vector<Exchange> boundaries;  ///< by Condition::boundary and Wall::boundary
     std::vector<Exchange> tractions;
     double body_force_work = 0.0;  ///< taken by body forces since the start, J
+    double nodes_work      = 0.0;  ///< taken by those who change nodes from outside since the start, J
     double damped          = 0.0;  ///< taken by damping since the start, J; always computed
-    double staged          = 0.0;  ///< left with what stages changed at their starts, gravity and heat included, J
+    double staged = 0.0;  ///< left with what stages changed at their starts and others from outside, gravity and heat included, J
     // Of the step that is being taken, until `settle`.
     std::vector<ExchangeParts> of_boundaries;
     ExactSum of_stresses, of_filters;  ///< what adds to nodes.stresses and to filtered, J
@@ -193,7 +194,7 @@ struct Account {
     double boundary_work() const { return work_of(boundaries); }
     double traction_work() const { return work_of(tractions); }
     /// What all of them have taken, J.
-    double work() const { return boundary_work() + traction_work() + body_force_work; }
+    double work() const { return boundary_work() + traction_work() + body_force_work + nodes_work; }
 };
 
 /// For the axis `averaging`, see method/averaging.hpp.

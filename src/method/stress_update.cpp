@@ -73,40 +73,24 @@ void StressUpdate<D>::update(const Sweep<D>& s, int begin, int end, TileReport& 
 
 namespace {
 
-/// Throws for the first particle whose stress cannot be one: the law says which of them.
+/// Why these numbers are no stress in D dimensions; null if they are one.
 template <int D>
-void require_stresses(const LawRow& law, const Particles<D>& p, const std::vector<int>& own, const Array<double>& cauchy)
+const char* fault_of_stress(const double* s)
 {
     constexpr double rounding = 1e-8;  // of the largest component
-    for (std::size_t k = 0; k < own.size(); ++k) {
-        const double* const s = &cauchy[9 * k];
-        double largest = 0.0, skew = 0.0, across = 0.0;
-        bool is_finite = true;
-        for (int a = 0; a < 3; ++a)
-            for (int b = 0; b < 3; ++b) {
-                const double one = std::fabs(s[3 * a + b]);
-                is_finite        = is_finite && std::isfinite(one);
-                largest          = std::max(largest, one);
-                skew             = std::max(skew, std::fabs(s[3 * a + b] - s[3 * b + a]));
-                if (a != b && (a >= D || b >= D)) across = std::max(across, one);
-            }
-        auto fail = [&](const std::string& why) {
-            throw NumericalError(fmt::format("law {}: cauchy of particle {} of body {} at {} {}", law.name, p.id[own[k]],
-                                             p.body[own[k]], place_text(p.x[own[k]]), why));
-        };
-        if (!is_finite) fail("is not finite");
-        if (skew > rounding * largest) fail("is not symmetric");
-        if (across > rounding * largest) fail(fmt::format("has a shear that a problem in {}D cannot have", D));
-    }
-}
-template <int D>
-void require_finite(const LawRow& law, const Particles<D>& p, const std::vector<int>& own, const std::string& column,
-                    const Array<double>& values)
-{
-    for (std::size_t k = 0; k < own.size(); ++k)
-        if (!std::isfinite(values[k]))
-            throw NumericalError(fmt::format("law {}: state \"{}\" of particle {} of body {} at {} is not finite", law.name,
-                                             column, p.id[own[k]], p.body[own[k]], place_text(p.x[own[k]])));
+    double largest = 0.0, skew = 0.0, across = 0.0;
+    for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b) {
+            const double one = std::fabs(s[3 * a + b]);
+            if (!std::isfinite(one)) return "is not finite";
+            largest = std::max(largest, one);
+            skew    = std::max(skew, std::fabs(s[3 * a + b] - s[3 * b + a]));
+            if (a != b && (a >= D || b >= D)) across = std::max(across, one);
+        }
+    if (skew > rounding * largest) return "is not symmetric";
+    return across > rounding * largest
+               ? D == 2 ? "has a shear that a problem in 2D cannot have" : "has a shear that a problem in 1D cannot have"
+               : nullptr;
 }
 
 /// The 3 x 3 tensor of A, with ones where the problem has no axis.
@@ -139,45 +123,85 @@ double work_of(const Mat<D>& F, const Mat<D>& G, const Stress<D>& before, const 
     return r;
 }
 
+/// The particles of a material, for its law.
+template <int D>
+class ParticlesOfLaw final : public OutsideParticles {
+  public:
+    ParticlesOfLaw(const OutsideLaw& law, int work, const std::vector<int>& columns, int material, State<D>& s, double dt)
+        : law_(law), work_(work), columns_(columns), p_(s.particles), increments_(s.increments), dt_(dt)
+    {
+        for (int i = 0; i < p_.count; ++i)
+            if (p_.material[i] == material) own_.push_back(i);
+    }
+
+    std::size_t count() const override { return own_.size(); }
+    double dt() const override { return dt_; }
+    void read_F(double* out) const override
+    {
+        for_each([&](std::size_t k, int i) { put_full(p_.F[i], out + 9 * k); });
+    }
+    void read_dF(double* out) const override
+    {
+        for_each([&](std::size_t k, int i) { put_full(Mat<D>::identity() + increments_[i], out + 9 * k); });
+    }
+    void read_history(std::size_t column, double* out) const override
+    {
+        for_each([&](std::size_t k, int i) { out[k] = p_.history[columns_[column]][i]; });
+    }
+    void set(const double* cauchy, const std::vector<const double*>& history) override
+    {
+        require("cauchy", [&](std::size_t k) { return fault_of_stress<D>(cauchy + 9 * k); });
+        for (std::size_t c = 0; c < columns_.size(); ++c)
+            require(fmt::format("state \"{}\"", law_.history()[c].first),
+                    [&](std::size_t k) { return std::isfinite(history[c][k]) ? nullptr : "is not finite"; });
+        for_each([&](std::size_t k, int i) {
+            const Stress<D> sigma = stress_of<D>(cauchy + 9 * k);
+            p_.history[work_][i] += work_of(p_.F[i], increments_[i], p_.sigma[i], sigma);
+            p_.sigma[i] = sigma;
+            for (std::size_t c = 0; c < columns_.size(); ++c) p_.history[columns_[c]][i] = history[c][k];
+        });
+    }
+
+  private:
+    template <class F>
+    void for_each(const F& f) const
+    {
+        parallel_for_each(static_cast<std::ptrdiff_t>(own_.size()),
+                          [&](std::ptrdiff_t k) { f(static_cast<std::size_t>(k), own_[static_cast<std::size_t>(k)]); });
+    }
+    /// Throws for the first particle with a fault, which fault(k) names.
+    template <class Fault>
+    void require(const std::string& what, const Fault& fault) const
+    {
+        const auto n     = static_cast<std::ptrdiff_t>(own_.size());
+        const auto first = parallel_reduce(
+            n, n, [&](std::ptrdiff_t k) { return fault(static_cast<std::size_t>(k)) ? k : n; },
+            [](std::ptrdiff_t& least, std::ptrdiff_t one) { least = std::min(least, one); });
+        if (first == n) return;
+        const int i = own_[static_cast<std::size_t>(first)];
+        throw NumericalError(fmt::format("law {}: {} of particle {} of body {} at {} {}", law_.row().name, what, p_.id[i],
+                                         p_.body[i], place_text(p_.x[i]), fault(static_cast<std::size_t>(first))));
+    }
+
+    const OutsideLaw& law_;
+    int work_;
+    const std::vector<int>& columns_;
+    Particles<D>& p_;
+    const Array<Mat<D>>& increments_;
+    double dt_;
+    std::vector<int> own_;
+};
+
 }  // namespace
 
 template <int D>
 void StressUpdate<D>::update_outside(State<D>& s, double dt) const
 {
-    for (const OfOutside& one : outside_)
-        if (dt > 0) update_outside(one, s, dt);  // the first step of USF has no step before it
-}
-
-template <int D>
-void StressUpdate<D>::update_outside(const OfOutside& one, State<D>& s, double dt) const
-{
-    Particles<D>& p = s.particles;
-    std::vector<int> own;
-    for (int i = 0; i < p.count; ++i)
-        if (p.material[i] == one.material) own.push_back(i);
-    const std::size_t n = own.size();
-    if (n == 0) return;
-    Array<double> F(9 * n), dF(9 * n), cauchy(9 * n);
-    std::vector<Array<double>> history;
-    std::vector<double*> columns;
-    for (std::size_t c = 0; c < one.columns.size(); ++c) columns.push_back(history.emplace_back(n).data());
-    parallel_for_each(static_cast<std::ptrdiff_t>(n), [&](std::ptrdiff_t k) {
-        const int i = own[static_cast<std::size_t>(k)];
-        put_full(p.F[i], &F[9 * static_cast<std::size_t>(k)]);
-        put_full(Mat<D>::identity() + s.increments[i], &dF[9 * static_cast<std::size_t>(k)]);
-        for (std::size_t c = 0; c < columns.size(); ++c) columns[c][k] = p.history[one.columns[c]][i];
-    });
-    one.law->update(*one.parameters, {n, F.data(), dF.data(), dt, columns, cauchy.data()});
-    require_stresses(one.law->row(), p, own, cauchy);
-    for (std::size_t c = 0; c < columns.size(); ++c)
-        require_finite(one.law->row(), p, own, one.law->history()[c].first, history[c]);
-    parallel_for_each(static_cast<std::ptrdiff_t>(n), [&](std::ptrdiff_t k) {
-        const int i           = own[static_cast<std::size_t>(k)];
-        const Stress<D> sigma = stress_of<D>(&cauchy[9 * static_cast<std::size_t>(k)]);
-        p.history[one.work][i] += work_of(p.F[i], s.increments[i], p.sigma[i], sigma);
-        p.sigma[i] = sigma;
-        for (std::size_t c = 0; c < columns.size(); ++c) p.history[one.columns[c]][i] = columns[c][k];
-    });
+    if (!(dt > 0)) return;  // the first step of USF has no step before it
+    for (const OfOutside& one : outside_) {
+        ParticlesOfLaw<D> particles(*one.law, one.work, one.columns, one.material, s, dt);
+        if (particles.count() > 0) one.law->update(*one.parameters, particles);
+    }
 }
 
 template <int D>

@@ -59,8 +59,6 @@ class StressUpdate {
         int work;                  ///< the column of OutsideLaw::kWork
         std::vector<int> columns;  ///< those that the law changes
     };
-    void update_outside(const OfOutside& one, State<D>& s, double dt) const;
-
     std::vector<OfLaw> laws_;
     std::vector<OfOutside> outside_;
     std::vector<OfBranches> branches_;

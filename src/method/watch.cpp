@@ -90,7 +90,7 @@ void Watch<D>::look_for_growth(const State<D>& s)
     const std::array exchanged{e.potential - energies_[1], e.dissipated + e.artificial,
                                s.account.boundary_work(),  s.account.traction_work(),
                                s.account.body_force_work,  s.account.damped,
-                               s.account.staged,           s.contacts.work()};
+                               s.account.staged,           s.contacts.work() + s.account.nodes_work};
     double growth = e.total_energy() - energies_[0], all = energies_[0];
     for (std::size_t k = 0; k < exchanged.size(); ++k) {
         growth += exchanged[k];

@@ -69,9 +69,9 @@ void Simulation<D>::begin_stage_if_due()
 
 /// A step, and what must hold after it.
 template <int D>
-void Simulation<D>::take(double dt)
+void Simulation<D>::take(double dt, bool is_given)
 {
-    if (watch_ && time_.dt) watch_->before_step(state_, dt);
+    if (watch_ && is_given) watch_->before_step(state_, dt);
     scheme_->step(state_, dt);
     if (watch_) watch_->after_step(state_);
     if (!stages_.empty()) require_rest(stages_[static_cast<std::size_t>(state_.stage)], state_, is_stage_over());
@@ -96,7 +96,7 @@ void Simulation<D>::step_towards(double t, std::optional<double> given)
     const StepSize size{dt, is_cut_};
     for (Observer<D>* o : observers_) o->before_step(*this, size);
     try {
-        take(dt);
+        take(dt, given || time_.dt);
     } catch (const NumericalError& e) {
         for (Observer<D>* o : observers_) o->failed(*this, e);
         throw;

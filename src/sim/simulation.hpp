@@ -75,7 +75,7 @@ class Simulation {
     bool is_in_last_stage() const { return state_.stage + 1 >= static_cast<int>(stages_.size()); }
     void begin();
     void begin_stage_if_due();
-    void take(double dt);
+    void take(double dt, bool is_given);
     void step_towards(double t, std::optional<double> dt = {});
 
     std::unique_ptr<Scheme<D>> scheme_;

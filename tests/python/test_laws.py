@@ -197,6 +197,12 @@ class State(InTemporaryDirectory):
         self.assertFalse(np.array_equal(sim.particles.id, order))  # the body crossed the box
         self.assertTrue(np.array_equal(sim.particles.own, 1000 * sim.particles.id + sim.n))
         self.assertTrue(np.array_equal(sim.particles.state["own"], sim.particles.own))
+        with self.assertRaises(ValueError):
+            sim.particles.stress_work[0] = 1.0
+        sim.particles.own[3] = np.nan
+        with self.assertRaisesRegex(ordo.InputError, "own of particle .* is not finite"):
+            sim.step()
+        sim.step()
 
     def test_is_written_and_checkpointed(self):
         sim = ordo.Simulation(ordo.Case.from_dict(self.case))
@@ -293,6 +299,7 @@ class Errors(unittest.TestCase):
                                 (("a", {"s": np.inf}), good, "finite"), (("a", ["s"]), good, "must be a dict"),
                                 (("a",), {"wave_speed": 3.0}, "wave_speed must be a function"), (("j2",), good, "is the name of a law of ordo"),
                                 (("a", {"velocity": 0.0}), good, 'state "velocity" is the name of another field'),
+                                (("a", {"V": 0.0}), good, "state 'V' is the name of another field"), (("a", {"state": 0.0}), good, "is the name of another field"),
                                 (("a", {"stress_work": 0.0}), good, "is the name of another field"),
                                 (("a", {f"s{k}": 0.0 for k in range(80)}), good, "more than 63")):
             with self.assertRaisesRegex(ordo.InputError, text):

@@ -202,6 +202,41 @@ class Views(unittest.TestCase):
             sim.step()
         sim.step()
 
+    def test_nodes_after_a_change(self):
+        sim, p = self.sim, self.sim.particles
+        sim.run(until=0.005)
+        view, fields = p.v, {name: getattr(p, name).copy() for name in ("id", "X", "V")}
+        self.assertEqual(view.sum(), sim.particles.v.sum())
+        sim.grid  # the nodes of the last step: nothing changes
+        view.sum()
+        p.x[:, 0] = 1 - p.x[:, 0]
+        p.v[:] = [1, 0]
+        kept = np.asarray(p.x)
+        self.assertTrue(np.allclose(sim.grid.velocity, [1, 0]))
+        with self.assertRaises(ordo.StaleView):
+            view.sum()
+        kept[:] = 0.9
+        order = np.argsort(p.id)
+        for name, before in fields.items():
+            self.assertTrue(np.array_equal(getattr(p, name)[order], before[np.argsort(fields["id"])]), name)
+        sim.step()
+
+    def test_changes_are_taken_as_a_whole(self):
+        """What cannot stay is put back, and nothing else of the change counts until all is good."""
+        law = [{"name": "rubber", "model": "jaumann-elastic", "density": 1000.0, "young": 1e5, "poisson": 0.3}]
+        sims = [ordo.Simulation(ordo.Case.from_dict(block(material=law))) for _ in range(2)]
+        for sim in sims:
+            sim.particles.stress[:, 0, 0] = -1e3
+        sims[0].particles.v[0] = np.nan
+        with self.assertRaises(ordo.InputError):
+            sims[0].step()
+        for sim in sims:
+            for _ in range(4):
+                sim.step()
+        self.assertTrue(np.array_equal(sims[0].particles.stress, sims[1].particles.stress))
+        for name in ("stress_update_energy", "strain_energy", "kinetic_energy"):
+            self.assertEqual(sims[0].history[name][-1], sims[1].history[name][-1], name)
+
     def test_stresses_change(self):
         sim = ordo.Simulation(ordo.Case.from_dict(block(body__velocity=["0", "0"])))
         p = sim.particles
@@ -212,8 +247,24 @@ class Views(unittest.TestCase):
         right = p.x[:, 0] > 0.7
         self.assertGreater(p.v[right, 0].min(), 0)
         p.stress[0] = [[0, 1], [0, 0]]
+        before = np.asarray(p.stress)
         with self.assertRaisesRegex(ordo.InputError, "stress of particle .* is not symmetric"):
             sim.step()
+        self.assertEqual(before[0, 0, 1], before[0, 1, 0])  # put back in the memory that numpy sees
+        p.stress[0] = np.nan
+        p.v[0] = np.nan
+        p.x[0] = np.nan
+
+        @sim.on_step
+        def spoil(one):
+            one.particles.v[0] = one.particles.x[0] = np.nan
+
+        for _ in range(3):
+            with self.assertRaises(ordo.InputError):
+                sim.step()
+        with self.assertRaises(ordo.InputError):
+            sim.step()
+        self.assertTrue(np.isfinite(sim.particles.v).all() and np.isfinite(sim.particles.x).all())
 
 
 class Callbacks(InTemporaryDirectory):
@@ -253,7 +304,7 @@ class Callbacks(InTemporaryDirectory):
             self.assertIs(one, sim)
             seen.append((one.n, one.particles.x.copy(), len(one.history["time"])))
             self.held = one.particles.v
-            with self.assertRaisesRegex(RuntimeError, "running already"):
+            with self.assertRaisesRegex(RuntimeError, "in use already"):
                 one.step()
             one.write(self.dir / "frames" / f"frame-{one.n}")
             return one.n < 5
@@ -314,6 +365,88 @@ class Callbacks(InTemporaryDirectory):
         del sim
         gc.collect()
         self.assertIsNone(gone())
+
+    def test_work_on_nodes_is_given_not_gained(self):
+        """A push on the nodes is that of a body force, and the account has it as given."""
+        push = 400.0
+        sims = [ordo.Simulation(ordo.Case.from_dict(block())) for _ in range(2)]
+
+        @sims[0].on_nodes
+        def on_nodes(nodes):
+            nodes.force[:, 0] += push * nodes.mass
+
+        sims[1].body_force(lambda x, X, t: np.tile([push, 0.0], (len(x), 1)))
+        for sim in sims:
+            sim.run(until=0.005)
+        self.assertTrue(np.allclose(sims[0].particles.v, sims[1].particles.v, rtol=1e-9))
+        for name in ("stress_update_energy", "projection_energy"):
+            ours, theirs = (sim.history[name][-1] for sim in sims)
+            self.assertLess(abs(ours - theirs), 1e-3 * sims[0].history["kinetic_energy"][-1], name)
+
+    def test_impulses_on_nodes_are_given(self):
+        sim = ordo.Simulation(ordo.Case.from_dict(block(body__velocity=["0", "0"])))
+
+        @sim.on_nodes
+        def on_nodes(nodes):
+            nodes.momentum[:, 1] += 0.5 * nodes.mass
+
+        sim.run(until=0.01)
+        h = sim.history
+        self.assertTrue(np.all(np.abs(sim.particles.v - [0, 0]) < 1e-9))  # FLIP takes increments of the kick alone
+        self.assertLess(abs(h["stress_update_energy"][-1]), 1.0)
+
+    def test_on_step_changes_are_in_checkpoints(self):
+        case = ordo.Case.from_dict(block(checkpoint={"steps": 10}, time__end=0.01))
+
+        def damp(sim):
+            sim.particles.v *= 0.9
+
+        whole = ordo.Simulation(case)
+        whole.on_step(damp)
+        whole.run(output=self.dir / "damped")
+        restored = ordo.Simulation.restore(self.dir / "damped" / "checkpoint_000000010.h5")
+        restored.on_step(damp)
+        restored.run()
+        self.assertTrue(np.array_equal(whole.particles.x, restored.particles.x))
+        self.assertEqual(ordo.history(self.dir / "damped")["kinetic_energy"][-1], whole.history["kinetic_energy"][-1])
+
+    def test_errors_of_a_run_do_not_come_again(self):
+        sim = ordo.Simulation(ordo.Case.from_dict(block()))
+
+        @sim.on_step
+        def fail(one):
+            one.particles.v[0] = np.nan
+            raise KeyError("mine")
+
+        with self.assertRaisesRegex(KeyError, "mine"):
+            sim.run(output=self.dir / "run")
+        self.assertTrue(np.isfinite(sim.particles.v).all())
+        self.assertTrue(np.isfinite(ordo.history(self.dir / "run")["kinetic_energy"]).all())
+        sim.on_step(None)
+        sim.run()
+
+    def test_probes_follow_the_particles_of_the_start(self):
+        case = ordo.Case.from_dict(block(body__velocity=["10", "0"], probe=[{"name": "a", "particle": [0.5, 0.5]}]))
+        whole, late = ordo.Simulation(case), ordo.Simulation(case)
+        whole.run(until=0.015, output=self.dir / "whole")
+        late.run(until=0.01)
+        late.run(until=0.015, output=self.dir / "late")
+        ends = [ordo.history(self.dir / name / "probe_a.csv")["position_x"][-1] for name in ("whole", "late")]
+        self.assertEqual(*ends)
+
+    def test_long_steps_are_warned_of(self):
+        sim = ordo.Simulation(ordo.Case.from_dict(block(time={"end": 0.02, "cfl": 0.4})))
+        with self.assertWarnsRegex(ordo.InstabilityWarning, "is above the limit"):
+            sim.step(dt=0.01)
+
+    def test_failed_states_have_no_nodes(self):
+        sim = ordo.Simulation(ordo.Case.from_dict(block(time={"end": 1.0, "cfl": 0.4})))
+        sim.particles.v[0] = 1e9
+        with self.assertRaises(ordo.NumericalError), self.assertWarns(ordo.InstabilityWarning):
+            sim.step(dt=1.0)
+        sim.particles.v *= 0.5
+        with self.assertRaisesRegex(ordo.NumericalError, "grid: an earlier step failed"):
+            sim.grid
 
     def test_bad_answers_name_callback_and_particle(self):
         def fresh():
@@ -385,6 +518,35 @@ sim.step()
 """)
             self.assertEqual(out, "interrupted True\nTrue True\n")
 
+    def test_nested_simulations_keep_ctrl_c(self):
+        out = self.run_code("""
+a, b = ordo.Simulation(case), ordo.Simulation(case)
+a.on_step(lambda sim: b.step())
+a.run(until=0.001)
+print(b.n == a.n, signal.getsignal(signal.SIGINT) is signal.default_int_handler)
+threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+try: a.run()
+except KeyboardInterrupt: print('interrupted', a.n == b.n)
+try: os.kill(os.getpid(), signal.SIGINT); time.sleep(1)
+except KeyboardInterrupt: print('again')
+""")
+        self.assertEqual(out, "True True\ninterrupted True\nagain\n")
+
+    def test_ctrl_c_is_not_lost_to_another_error(self):
+        out = self.run_code("""
+sim = ordo.Simulation(case)
+def fail(one):
+    os.kill(os.getpid(), signal.SIGINT)
+    raise KeyError
+sim.on_step(fail)
+try:
+    try: sim.run()
+    except KeyError: time.sleep(1)
+    print('lost')
+except KeyboardInterrupt: print('interrupted')
+""")
+        self.assertEqual(out, "interrupted\n")
+
     def test_own_signal_handlers_run(self):
         out = self.run_code("""
 class Enough(Exception): pass
@@ -417,7 +579,7 @@ while any(t.is_alive() for t in threads):
     try: sims[0].particles
     except RuntimeError: pass
     try: sims[1].particles.x
-    except RuntimeError as e: busy += 'runs in another thread' in str(e)
+    except RuntimeError as e: busy += 'in use, by another thread' in str(e)
     time.sleep(0.001)
 for t in threads: t.join()
 alone = [ordo.Simulation(case, threads=2) for _ in range(2)]
@@ -435,6 +597,10 @@ def use(_):
     try: sim.step(); return 'stepped'
     except RuntimeError as e: answer = str(e)[:41]
     own = ordo.Simulation(case, threads=2)
+    own.particles.v += 0
+    own.step()
+    own.particles.v[0] += 1
+    own.particles.v[0] -= 1
     own.run(until=0.002)
     return answer, np.asarray(own.particles.x).copy()
 with multiprocessing.get_context('fork').Pool(2) as pool:
