@@ -16,9 +16,9 @@ class Build(build_ext):
 
     def run(self):
         folder, target = ROOT / "build" / "pip", Path(self.build_lib).resolve()
-        cmake = ["cmake", "-S", ROOT, "-B", folder, "-DCMAKE_BUILD_TYPE=Release", "-DORDO_TESTS=OFF", "-DORDO_PYTHON=ON",
+        cmake = ["cmake", "-G", "Ninja", "-S", ROOT, "-B", folder, "-DCMAKE_BUILD_TYPE=Release", "-DORDO_TESTS=OFF", "-DORDO_PYTHON=ON",
                  "-DORDO_PYTHON_DIR=.", f"-DPython3_EXECUTABLE={sys.executable}"]
-        for command in (cmake, ["cmake", "--build", folder, "--parallel", "--target", "ordo_python"],
+        for command in (cmake, ["cmake", "--build", folder, "--target", "ordo_python"],
                         ["cmake", "--install", folder, "--component", "python", "--prefix", target]):
             subprocess.run([str(one) for one in command], check=True)
 
