@@ -564,7 +564,7 @@ sim.step()
         out = self.run_code("""
 sims = [ordo.Simulation(case, threads=1) for _ in range(2)]
 begun = threading.Barrier(2)
-ends = [0.02, 0.03]
+ends = [0.1, 0.15]
 inside, both = [0], [False]
 lock = threading.Lock()
 def go(sim, end):
