@@ -610,6 +610,7 @@ sim.step()
 """)
         self.assertEqual(out, "{'this simulation belongs to the process th'} True\n")
 
+    @unittest.skipIf("asan" in os.environ.get("LD_PRELOAD", ""), "the address sanitizer keeps freed memory")
     def test_memory_stays_flat(self):
         out = self.run_code("""
 import gc, resource
