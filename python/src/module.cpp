@@ -1,7 +1,6 @@
 // The extension module behind the package ordo: see python/ordo/__init__.py.
 #include "base/error.hpp"
 #include "case.hpp"
-#include "io/program.hpp"
 #include "law.hpp"
 #include "material/branches.hpp"
 #include "material/outside_law.hpp"
@@ -82,8 +81,7 @@ py::list verification_cases()
 std::string verify(const std::string& name, std::vector<std::string> methods, std::vector<int> cells, std::optional<int> ppc,
                    std::vector<std::pair<std::string, std::string>> settings, std::optional<int> threads)
 {
-    if (threads && !(*threads >= 1 && *threads <= 1024))
-        throw InputError("threads: must be 1 to 1024 (got " + std::to_string(*threads) + ")");
+    const int count = threads_of(threads);
     using namespace verification;
     std::vector<Result> results;
     for (const Resolved& study : choose_studies({name, false, std::move(methods), std::move(cells), ppc, std::move(settings)})) {
@@ -91,7 +89,7 @@ std::string verify(const std::string& name, std::vector<std::string> methods, st
         for (const int n : study.cells) {
             {
                 const py::gil_scoped_release release;
-                with_threads(threads.value_or(default_threads()), [&] { result.rows.push_back(run_row(study, n, false)); });
+                with_threads(count, [&] { result.rows.push_back(run_row(study, n, false)); });
             }
             if (PyErr_CheckSignals() != 0) throw py::error_already_set();
         }
@@ -108,8 +106,6 @@ PyObject* error(const char* name) { return py::module_::import("ordo._errors").a
 PYBIND11_MODULE(_core, module)
 {
     module.attr("__version__") = ORDO_VERSION;
-    module.def("version_text", io::version_text);
-    module.def("default_threads", default_threads);
     // Made in Python, so that each has a Python base and a place in the package. Never freed: the program may end in any order.
     static PyObject *input = error("InputError"), *numerical = error("NumericalError"), *output = error("OutputError");
     py::register_exception_translator([](std::exception_ptr p) {

@@ -803,9 +803,7 @@ class DoorOf final : public Door, private Observer<D> {
 
 std::unique_ptr<Door> make_door(const io::CaseInput& input, std::optional<int> threads)
 {
-    if (threads && !(*threads >= 1 && *threads <= 1024))
-        throw InputError(fmt::format("threads: must be 1 to 1024 (got {})", *threads));
-    const int count = threads.value_or(default_threads());
+    const int count = threads_of(threads);
     switch (input.grid.dim) {
     case 1: return std::make_unique<DoorOf<1>>(input, count);
     case 2: return std::make_unique<DoorOf<2>>(input, count);
@@ -817,7 +815,7 @@ std::unique_ptr<Door> make_door(const io::CaseInput& input, std::optional<int> t
 
 void add_simulation(py::module_& module)
 {
-    default_threads();
+    threads_of({});  // now: later the caller may have changed the number, or have forked
     py::class_<Door>(module, "Simulation")
         .def(py::init([](const CaseOf& of, std::optional<int> threads) { return make_door(of.input, threads); }), py::arg("case"),
              py::arg("threads"))

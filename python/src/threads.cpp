@@ -1,9 +1,11 @@
 #include "threads.hpp"
 
+#include "base/error.hpp"
 #include "base/parallel.hpp"
 
 #include <atomic>
 #include <exception>
+#include <string>
 #include <thread>
 
 #include <pthread.h>
@@ -16,13 +18,15 @@ std::atomic<bool> g_has_pool = false, g_lost_pool = false;
 
 }  // namespace
 
-int default_threads()
+int threads_of(std::optional<int> wanted)
 {
-    static const int count = [] {
+    static const int all = [] {
         pthread_atfork(nullptr, nullptr, [] { g_lost_pool = g_lost_pool || g_has_pool; });
         return thread_count();
     }();
-    return count;
+    if (wanted && !(*wanted >= 1 && *wanted <= 1024))
+        throw InputError("threads: must be 1 to 1024 (got " + std::to_string(*wanted) + ")");
+    return wanted.value_or(all);
 }
 
 void with_threads(int count, const std::function<void()>& f)

@@ -741,34 +741,30 @@ void read_inner(const toml::table& boundary, const std::string& path, int dim, B
     out.at["region"] = place_of(*node);
     read_table(region_section(), table_of(*node, path + ".region"), path + ".region", dim, out.region.emplace());
 }
-/// The materials of a stage, a table in its table.
-void read_inner(const toml::table& stage, const std::string& path, int, StageInput& out)
+/// The table `key` of a table, whose own keys are names that a user chose.
+template <class Entries>
+void read_entries(const toml::table& table, const std::string& path, const std::string& key, const char* what, Located& owner,
+                  Entries& out)
 {
-    const toml::node* node = stage.get("materials");
+    const toml::node* node = table.get(key);
     if (!node) return;
-    const std::string name = path + ".materials";
-    out.at["materials"]    = place_of(*node);
-    out.materials.path     = name;
-    for (const auto& [key, value] : table_of(*node, name)) {
-        const std::string body(key.str());
-        const KeyInfo info{.name = body, .what = "its new material"};
-        std::string& material = out.materials.all[body];
-        ValueReader{info, name + "." + body, out.materials.at[body] = place_of(value), 0}.read(value, material);
+    out.path      = path + "." + key;
+    owner.at[key] = place_of(*node);
+    for (const auto& [entry, value] : table_of(*node, out.path)) {
+        const std::string name(entry.str());
+        const KeyInfo info{.name = name, .what = what};
+        ValueReader{info, out.path + "." + name, out.at[name] = place_of(value), 0}.read(value, out.all);
     }
 }
-/// The parameters of a law from outside, a table in the table of its material.
+/// The materials of a stage, by body.
+void read_inner(const toml::table& stage, const std::string& path, int, StageInput& out)
+{
+    read_entries(stage, path, "materials", "its new material", out, out.materials);
+}
+/// The parameters of a law from outside.
 void read_inner(const toml::table& material, const std::string& path, int, MaterialInput& out)
 {
-    const toml::node* node = material.get("parameters");
-    if (!node) return;
-    const std::string name = path + ".parameters";
-    out.at["parameters"]   = place_of(*node);
-    out.own.path           = name;
-    for (const auto& [key, value] : table_of(*node, name)) {
-        const std::string parameter(key.str());
-        const KeyInfo info{.name = parameter, .what = "parameter of the law"};
-        ValueReader{info, name + "." + parameter, out.own.at[parameter] = place_of(value), 0}.read(value, out.own.all);
-    }
+    read_entries(material, path, "parameters", "parameter of the law", out, out.own);
 }
 template <class T>
 void read_inner(const toml::table&, const std::string&, int, T&)
@@ -1607,22 +1603,14 @@ std::string echo_region(const BoundaryInput& b)
     return "region = {" + line + "}\n";
 }
 
-/// The materials of a stage as a table in a line.
-std::string echo_materials(const StageInput& s)
+/// Such a table in a line.
+template <class T>
+std::string echo_entries(const std::string& key, const std::map<std::string, T>& entries)
 {
     std::string line;
-    for (const auto& [body, material] : s.materials.all)
-        line += fmt::format("{}{} = {}", line.empty() ? "" : ", ", to_toml(body), to_toml(material));
-    return line.empty() ? "" : "materials = {" + line + "}\n";
-}
-
-/// The parameters of a law from outside as a table in a line.
-std::string echo_parameters(const MaterialInput& m)
-{
-    std::string line;
-    for (const auto& [name, value] : m.own.all)
+    for (const auto& [name, value] : entries)
         line += fmt::format("{}{} = {}", line.empty() ? "" : ", ", to_toml(name), to_toml(value));
-    return line.empty() ? "" : "parameters = {" + line + "}\n";
+    return line.empty() ? "" : key + " = {" + line + "}\n";
 }
 
 std::pair<MaterialInput, Material> read_material(const std::string& model, const std::vector<std::string>& overrides, int dim)
@@ -1647,13 +1635,13 @@ std::string echo_case(const CaseInput& c)
 {
     std::string text = echo(case_section(), c) + echo(grid_section(), c.grid) + echo(method_section(), c.method) +
                        echo(time_section(), c.time) + echo(damping_section(), c.damping);
-    for (const auto& m : c.materials) text += echo(material_section(), m) + echo_parameters(m);
+    for (const auto& m : c.materials) text += echo(material_section(), m) + echo_entries("parameters", m.own.all);
     for (const auto& b : c.bodies) text += echo(body_section(), b);
     for (const auto& b : c.boundaries) text += echo(boundary_section(), b) + echo_region(b);
     for (const auto& t : c.tractions) text += echo(traction_section(), t);
     for (const auto& one : c.contacts) text += echo(contact_section(), one);
     for (const auto& one : c.obstacles) text += echo(obstacle_section(), one);
-    for (const auto& s : c.stages) text += echo(stage_section(), s) + echo_materials(s);
+    for (const auto& s : c.stages) text += echo(stage_section(), s) + echo_entries("materials", s.materials.all);
     text += echo(output_section(), c.output) + echo(checkpoint_section(), c.checkpoint) + echo(watch_section(), c.watch);
     for (const auto& p : c.probes) text += echo(probe_section(), p);
     return text;
