@@ -15,6 +15,7 @@ from pathlib import Path as _Path
 from . import _core
 from ._case import Case
 from ._errors import InputError, InstabilityWarning, NumericalError, OutputError, StaleView
+from ._frames import Frame, Frames, frames
 from ._laws import material
 from ._simulation import Grid, Particles, Simulation
 from ._tables import history
@@ -22,8 +23,8 @@ from ._verify import verify
 from ._views import Nodes, View
 
 __version__ = _core.__version__
-__all__ = ["Case", "Grid", "InputError", "InstabilityWarning", "Nodes", "NumericalError", "OutputError", "Particles", "Simulation", "StaleView",
-           "View", "cases", "history", "material", "materials", "methods", "schema", "verify"]
+__all__ = ["Case", "Frame", "Frames", "Grid", "InputError", "InstabilityWarning", "Nodes", "NumericalError", "OutputError", "Particles", "Simulation",
+           "StaleView", "View", "cases", "frames", "history", "material", "materials", "methods", "schema", "verify"]
 
 
 def methods():

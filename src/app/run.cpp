@@ -19,6 +19,7 @@
 #include <cmath>
 #include <csignal>
 #include <optional>
+#include <string_view>
 
 namespace ordo::app {
 
@@ -74,6 +75,16 @@ void warn_of_instability(const MethodSpec& method)
                 found->why);
 }
 
+/// A name as one word of a shell.
+std::string in_shell(const std::string& name)
+{
+    constexpr std::string_view plain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_./+-=:,@%";
+    if (!name.empty() && name.find_first_not_of(plain) == std::string::npos) return name;
+    std::string quoted = "'";
+    for (const char c : name) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return quoted + "'";
+}
+
 /// The messages at the end of a run.
 template <int D>
 class Summary : public Observer<D> {
@@ -85,7 +96,10 @@ class Summary : public Observer<D> {
     {
         for (int k = 0; k < WatchSpec::count; ++k)
             if (const long n = sim.watch()->found()[k]; n > 1) io::say("ordo: warning: {} in {} steps\n", WatchSpec::names[k], n);
-        if (!quiet_) io::say("wrote {} frames and history.csv to {}\n", writer_.frame_count(), writer_.directory().string());
+        if (quiet_) return;
+        const std::string directory = writer_.directory().string();
+        io::say("wrote {} frames and history.csv to {}\nto look at it: python3 -m ordo.report {}\n", writer_.frame_count(),
+                directory, in_shell(directory));
     }
 
   private:
