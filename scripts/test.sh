@@ -15,13 +15,13 @@ times=()
 took() { times+=("$(printf '%3d min %02d s  %s' $((SECONDS / 60)) $((SECONDS % 60)) "$*")"); echo "-- ${times[-1]}"; }
 
 step packages
-! command -v apt-get >/dev/null || install_packages "${ordo_build_packages[@]}" "${ordo_gate_packages[@]}"
+! command -v apt-get >/dev/null || install_packages "${ordo_build_packages[@]}" "${ordo_gate_packages[@]}" "${ordo_site_packages[@]}" "${ordo_notebook_packages[@]}"
 took packages
 
 step static checks
 python3 scripts/check_layers.py
 python3 scripts/planted_faults.py --list >/dev/null  # the texts of the faults are there
-git ls-files 'src/*.[ch]pp' 'tests/*.[ch]pp' 'bench/*.[ch]pp' 'python/*.[ch]pp' | xargs clang-format --dry-run --Werror
+git ls-files 'src/*.[ch]pp' 'tests/*.[ch]pp' 'bench/*.[ch]pp' 'python/*.[ch]pp' 'packaging/*.[ch]pp' | xargs clang-format --dry-run --Werror
 git ls-files | xargs codespell
 scripts/cppcheck.sh
 took static checks

@@ -94,5 +94,7 @@ def frames(directory):
 
         last = ordo.frames("results/two-disks")[-1]
         last.x, last.fields["velocity"]
+
+    Each frame is read when it is asked for; this needs VTK (python3-vtk9).
     """
     return Frames.of(directory)

@@ -112,7 +112,7 @@ class Limits(InTemporaryDirectory):
         self.assertRegex(notes[2], "Places are good to 1/")
 
     def test_a_hostile_title(self):
-        title = "</script><script>document.title = 'lost'</script><!-- &amp; \u2028"
+        title = "</script><script>document.title = 'lost'</script><!-- &amp; \u2028 {{scripts}}"
         folder = run(self.dir, "run", title=title)
         text = write(folder).read_text(encoding="utf-8")
         self.assertEqual(json.loads(re.search(r'id="data">(.*?)</script>', text)[1])["case"]["title"], title)

@@ -9,7 +9,9 @@ From the shell: ``python3 -m ordo.report results/two-disks``. Reading frames nee
 import base64
 import html
 import json
+import math
 import os
+import re
 from importlib import resources
 from pathlib import Path
 
@@ -157,13 +159,22 @@ def page(data, blobs):
         return f'<script type="{kind}"{label}>' + text + "</script>"
 
     # "<" in the texts of users must end no script.
-    body = [script("application/json", json.dumps(data, separators=(",", ":"), default=str, allow_nan=False).replace("<", "\\u003c"), "data")]
+    body = [script("application/json", json.dumps(finite(data), separators=(",", ":"), default=str, allow_nan=False).replace("<", "\\u003c"), "data")]
     body += [script("text/plain", base64.b64encode(blob).decode(), name) for name, blob in blobs.items()]
     body += [script("text/plain", read("library/LICENSES.txt"), "licences"), script("text/javascript", read("library/library.min.js"))]
     body += [script("text/javascript", read(name)) for name in SCRIPTS]
     title = html.escape(data.get("case", {}).get("title") or data["name"])
-    return (read("page.html").replace("{{mark}}", MARK).replace("{{title}}", title)
-            .replace("{{style}}", read("library/library.min.css") + read("page.css")).replace("{{scripts}}", "\n".join(body)))
+    parts = {"mark": MARK, "title": title, "style": read("library/library.min.css") + read("page.css"), "scripts": "\n".join(body)}
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], read("page.html"))
+
+
+def finite(values):
+    """The same with None in place of numbers that JSON does not have."""
+    if isinstance(values, dict):
+        return {key: finite(value) for key, value in values.items()}
+    if isinstance(values, list):
+        return [finite(value) for value in values]
+    return None if isinstance(values, float) and not math.isfinite(values) else values
 
 
 def save(text, output):

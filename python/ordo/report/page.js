@@ -347,6 +347,8 @@ function showAnyColumn(history) {
 
 // ---- ordo verify ----
 
+const ERROR_UNITS = { displacement: ", m", velocity: ", m/s", stress: ", Pa", density: ", kg/m³" };
+
 function showStudies() {
   const byCase = new Map();
   for (const study of DATA.studies) {
@@ -365,7 +367,7 @@ function showStudies() {
       const curves = studies.map((study) => ({ label: label(study), points: study.rows.filter((row) => row.error[name] > 0).map((row) => [row.h, row.error[name]]).sort((a, b) => a[0] - b[0]) })).filter((one) => one.points.length);
       if (!curves.length) continue;
       const best = Math.max(...studies.flatMap((study) => study.rows.map((row) => row.order?.[name] ?? 0)));
-      const [box, redraw] = drawnBox((box) => convergencePlot(box, lookNow(), curves, `error of ${name}`, best > 2.6 ? [2, 3, 4] : [1, 2]));
+      const [box, redraw] = drawnBox((box) => convergencePlot(box, lookNow(), curves, `error of ${name}${ERROR_UNITS[name] ?? ""}`, best > 2.6 ? [2, 3, 4] : [1, 2]));
       plots.append(box);
       redraws.first = redraws.first ?? [];
       redraws.first.push(redraw);

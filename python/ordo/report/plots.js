@@ -48,19 +48,21 @@ function markTime(u, look) {
 function convergencePlot(box, look, curves, label, orders) {
   const sizes = [...new Set(curves.flatMap((one) => one.points.map(([h]) => h)))].sort((a, b) => a - b);
   const rows = curves.map((one) => sizes.map((h) => one.points.find((p) => p[0] === h)?.[1] ?? null));
-  const smallest = Math.min(...curves.flatMap((one) => one.points.filter(([h]) => h === one.points[0][0]).map(([, e]) => e)));
   const top = sizes[sizes.length - 1];
-  const guides = sizes.length > 1 ? orders.map((order) => ({ label: `order ${order}`, values: sizes.map((h) => 0.5 * smallest * (h / top) ** order) })) : [];
+  const lowest = Math.min(...curves.map((one) => one.points[one.points.length - 1][1]));  // on the coarsest meshes
+  const guides = sizes.length > 1 ? orders.map((order) => ({ label: `order ${order}`, values: sizes.map((h) => 0.4 * lowest * (h / top) ** order) })) : [];
   const strokes = STROKES[look.name];
   const all = [...rows.flat(), ...guides.flatMap((one) => one.values)].filter((v) => v > 0);
   const decade = (v, round) => 10 ** round(Math.log10(v));
-  const powers = (_, values) => values.map((v) => (v === null ? "" : Math.abs(Math.log10(v) % 1) < 1e-6 ? readable(v) : ""));
+  const isPower = (v) => v !== null && Math.abs(Math.log10(v) - Math.round(Math.log10(v))) < 1e-6;
+  const powers = (_, values) => values.map((v) => (isPower(v) ? readable(v) : ""));
+  const lines = { stroke: look.grid, width: 1, filter: (_, values) => values.map((v) => (isPower(v) ? v : null)) };
   const plot = new library.uPlot({
     width: box.clientWidth, height: 340,
     scales: { x: { time: false, distr: 3, range: () => [sizes[0] / 1.15, top * 1.15] },
               y: { distr: 3, range: () => [decade(Math.min(...all), Math.floor), decade(Math.max(...all), Math.ceil)] } },
     axes: [axis(look, "cell size h, m", { splits: () => sizes, values: (_, values) => values.map((v) => readable(v, 3)), filter: (_, values) => values }),
-           axis(look, label, { size: 72, values: powers })],
+           axis(look, label, { size: 72, values: powers, grid: lines, ticks: lines })],
     series: [{ label: "h", value: (_, v) => readable(v) },
              ...curves.map((one, k) => ({ label: one.label, stroke: strokes[1 + (k % (strokes.length - 1))], width: 1.8, spanGaps: true,
                                           points: { show: true, size: 7 }, value: (_, v) => readable(v) })),
