@@ -6,7 +6,7 @@ ordo_build_packages=(g++ cmake ninja-build ccache libfmt-dev zlib1g-dev libtomlp
 ordo_gate_packages=(git libopenmpi-dev openmpi-bin libgtest-dev clang-format clang-tidy codespell cppcheck python3 python3-matplotlib python3-vtk9 man-db chromium chromium-driver python3-selenium)
 ordo_nightly_packages=(libbenchmark-dev clang libclang-rt-dev libomp-dev llvm gcovr)
 # Those of the documentation site (scripts/site.sh) and of the notebooks, for their tests.
-ordo_site_packages=(mkdocs mkdocs-material libjs-katex fonts-katex doxygen gmsh)
+ordo_site_packages=(mkdocs mkdocs-material libjs-katex fonts-katex python3-nbconvert doxygen gmsh)
 ordo_notebook_packages=(python3-nbconvert python3-ipykernel python3-matplotlib)
 ordo_package_packages=(dpkg-dev file)
 ordo_package_check_packages=(debootstrap lintian qemu-user-static)

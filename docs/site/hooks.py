@@ -6,10 +6,14 @@ import os
 import posixpath
 import re
 import sys
+import warnings
 from pathlib import Path
 
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.nav import Link, Section
+
+from nbconvert import MarkdownExporter
+from traitlets.config import Config
 
 sys.path.insert(0, str(Path(__file__).parent))
 import python_api  # noqa: E402
@@ -17,6 +21,7 @@ import python_api  # noqa: E402
 ROOT = Path(__file__).resolve().parents[2]
 KATEX = Path("/usr/share/javascript/katex")
 API = "docs/python-api.md"
+NOTEBOOKS = "python/notebooks/*.ipynb"
 log = logging.getLogger("mkdocs.ordo")  # below mkdocs: its warnings end a strict build
 
 
@@ -47,6 +52,7 @@ def on_files(files, config):
     sources |= {f"assets/katex/{name}": KATEX / name for name in ("katex.min.js", "katex.min.css")}
     sources |= {f"assets/katex/fonts/{font.name}": font for font in (KATEX / "fonts").glob("*.woff2")}
     sources[API] = ROOT / "python/ordo/__init__.py"
+    sources |= {source.relative_to(ROOT).with_suffix(".md").as_posix(): source for source in ROOT.glob(NOTEBOOKS)}
     theme = [f for f in files if not Path(f.abs_src_path).is_relative_to(docs)]
     return Files(theme + [file(name, source) for name, source in sorted(sources.items())])
 
@@ -64,7 +70,16 @@ def on_nav(nav, config, files):
 
 
 def on_page_read_source(page, config):
-    return python_api.page() if page.file.src_path == API else None
+    source = Path(page.file.abs_src_path)
+    return python_api.page() if page.file.src_path == API else of_notebook(source) if source.suffix == ".ipynb" else None
+
+
+def of_notebook(source):
+    """Its texts, code and outputs, with the figures in the page."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the libraries, about each other
+        text, _ = MarkdownExporter(config=Config({"ExtractOutputPreprocessor": {"enabled": False}})).from_filename(str(source))
+    return text.replace("![png](", "![A figure of this notebook](")
 
 
 def on_page_markdown(markdown, page, config, files):
@@ -76,13 +91,13 @@ def on_page_markdown(markdown, page, config, files):
 
     def link(match):
         text, target, anchor = match.groups()
-        path = posixpath.normpath(posixpath.join(here, target))
+        path = posixpath.normpath(posixpath.join(here, target)).replace(".ipynb", ".md")
         if files.get_file_from_path(f"{path}/README.md"):
             return f"[{text}]({target.rstrip('/')}/README.md{anchor})"
         if not files.get_file_from_path(path):
             return text if (ROOT / path).exists() else match[0]
         is_name = text.endswith(".md") and posixpath.basename(text) == posixpath.basename(path)
-        return f"[{title_of(ROOT / path) if is_name else text}]({target}{anchor})"
+        return f"[{title_of(ROOT / path) if is_name else text}]({target.replace('.ipynb', '.md')}{anchor})"
 
     lines, is_code = markdown.split("\n"), False
     for k, line in enumerate(lines):

@@ -1,6 +1,6 @@
 """The documentation site builds without a warning, its links and anchors lead somewhere, and it loads nothing from the network.
 
-Without the C++ reference, which scripts/site.sh adds. Needs mkdocs, its Material theme and KaTeX (ordo_site_packages of scripts/packages.sh)."""
+Without the C++ reference, which scripts/site.sh adds. Needs mkdocs, its Material theme, KaTeX and nbconvert (ordo_site_packages of scripts/packages.sh)."""
 
 import importlib.util
 import pathlib
@@ -14,7 +14,7 @@ import ordo
 from support import ROOT, InTemporaryDirectory
 
 MKDOCS = shutil.which("mkdocs")
-IS_THERE = MKDOCS and pathlib.Path("/usr/share/mkdocs/themes/material").is_dir() and pathlib.Path("/usr/share/javascript/katex").is_dir()
+IS_THERE = MKDOCS and importlib.util.find_spec("nbconvert") and pathlib.Path("/usr/share/mkdocs/themes/material").is_dir() and pathlib.Path("/usr/share/javascript/katex").is_dir()
 CHECK = ROOT / "docs" / "site" / "check_links.py"
 
 
@@ -26,7 +26,7 @@ def check(site):
     return subprocess.run([sys.executable, CHECK, site], capture_output=True, text=True, check=False)
 
 
-@unittest.skipUnless(IS_THERE, "the site needs mkdocs, mkdocs-material, libjs-katex and fonts-katex")
+@unittest.skipUnless(IS_THERE, "the site needs mkdocs, mkdocs-material, libjs-katex, fonts-katex and python3-nbconvert")
 class Site(InTemporaryDirectory):
     def test_builds(self):
         built = build(ROOT, self.dir / "site")
