@@ -12,6 +12,7 @@ splines with ORDER 2) and corner_charges.cpp (cpdi1). They are compiled here.
 """
 
 import argparse
+import itertools
 import json
 import os
 import pathlib
@@ -201,12 +202,12 @@ def judge_sizes(table, bench, options):
 
 
 def judge_avx2(table, bench, options):
-    for method in (("mpm",), LUMPED_SPLINES, ("cpdi1",)):
-        what = f"speed of {label(method)}, AVX2 over this build, 3D"
+    for dim, method in itertools.product((2, 3), (("mpm",), LUMPED_SPLINES, ("bsmpm",), ("cpdi1",), ("cpls",), ("cpls-limited",))):
+        what = f"speed of {label(method)}, AVX2 over this build, {dim}D"
         if not options.avx2:
             table.skip("avx2", what, "no --avx2")
             continue
-        speeds = [b.speed(3, method, BLOCK) for b in (Bench(options.avx2), bench)]
+        speeds = [b.speed(dim, method, BLOCK) for b in (Bench(options.avx2), bench)]
         table.judge("avx2", what, ">=", 0.5, lambda: ratio(*speeds, options.runs))
 
 

@@ -24,6 +24,8 @@ avx2            `-O3` for AVX2, warnings are errors; unit and pass tests where t
 avx512          the same for AVX-512
 ranks           a thousand steps of every preset that ranks share, on 1 to 8 ranks of 1 and 2 threads; whole cases under mpiexec; thread sanitizer
 everyday        `scripts/everyday.py`: every preset in the everyday cases, whose accounts must close
+package         `scripts/package.sh`, and `scripts/package_check.sh` in a bare Debian 12
+library         `library.min.js` of reports is what npm and esbuild make of its sources
 faults          `scripts/planted_faults.py`
 END
 }
@@ -73,6 +75,12 @@ step_ranks() {
 }
 step_everyday() {
   build_preset release -DORDO_WERROR=ON && /usr/bin/python3 scripts/everyday.py build/release/ordo --results build/nightly/everyday
+}
+step_package() { scripts/package.sh && scripts/package_check.sh; }
+step_library() {
+  local source=python/ordo/report/library made=build/nightly/library
+  rm -rf $made && mkdir -p $made && cp $source/package*.json $source/library.js $made &&
+    (cd $made && npm ci --no-audit --no-fund && npm run build) && cmp $made/library.min.js $source/library.min.js
 }
 step_faults() { scripts/planted_faults.py --dir build/planted --markdown build/nightly/faults.md; }
 

@@ -1,4 +1,7 @@
-# Installs the Debian/Ubuntu packages that are missing. Sourced by the other scripts; does nothing when all are there.
+# Installs the Debian/Ubuntu packages that are missing. Sourced by the other scripts, in the folder of the repository; does nothing when all are there.
+
+# ccache knows files by their place in the repository, so that a clone finds what another one has compiled.
+export CCACHE_BASEDIR=${CCACHE_BASEDIR:-$PWD} CCACHE_NOHASHDIR=1
 
 # Packages for the program (scripts/quickstart.sh), further ones for the gate (scripts/test.sh), further ones for
 # scripts/nightly.sh and scripts/coverage.sh, and those for scripts/package.sh and scripts/package_check.sh.
