@@ -1,23 +1,43 @@
 """SI units of what runs write (docs/output.md)."""
 
-UNITS = {"time": "s", "dt": "s", "displacement": "m", "position": "m", "center": "m", "velocity": "m/s", "rotation": "rad/s", "stress": "Pa",
-         "density": "kg/m³", "pressure": "Pa", "von_mises": "Pa", "energy_density": "J/m³"}
-# In 1D per square metre of section, in 2D per metre of depth, in 3D.
-UNITS_OF_TOTALS = {"mass": ("kg/m²", "kg/m", "kg"), "volume": ("m", "m²", "m³"), "momentum": ("kg/(m s)", "kg/s", "kg m/s"),
-                   "angular_momentum": ("kg/s", "kg m/s", "kg m²/s"), "force": ("N/m²", "N/m", "N"), "moment": ("N/m", "N", "N m"),
-                   "energy": ("J/m²", "J/m", "J")}
-ENERGIES = ("energy", "work", "dissipation")
+import re
+
+FIELDS = {"position": "m", "displacement": "m", "velocity": "m/s", "stress": "Pa", "pressure": "Pa", "von_mises": "Pa", "density": "kg/m³",
+          "energy_density": "J/m³",
+          # what particles carry with built-in laws (docs/materials.md); energies per initial volume
+          "dissipated": "J/m³", "viscous_heat": "J/m³", "internal_energy": "J/m³", "preconsolidation": "Pa", "shock_pressure": "Pa", "temperature": "K"}
+# Totals in 1D per square metre of section, in 2D per metre of depth, in 3D.
+TOTALS = {"mass": ("kg/m²", "kg/m", "kg"), "volume": ("m", "m²", "m³"), "momentum": ("kg/(m s)", "kg/s", "kg m/s"),
+          "angular_momentum": ("kg/s", "kg m/s", "kg m²/s"), "force": ("N/m²", "N/m", "N"), "moment": ("N/m", "N", "N m"), "energy": ("J/m²", "J/m", "J")}
+ENERGIES = {f"{name}_energy" for name in ("total", "kinetic", "strain", "potential", "dissipated", "damped", "nodal_kinetic", "unresolved_kinetic",
+                                          "stress_update", "projection", "filter", "half_step", "stage")}
+WORKS = {"boundary_work", "traction_work", "body_force_work", "artificial_viscosity_work"}
+COMPONENT = r"_([xyz]{1,2})$"
 
 
-def unit_of(name, dim=None):
-    """The SI unit of a field, of a component or of a column of a run in 1D, 2D or 3D; empty if unknown."""
-    words = name.split("_")
-    while words[-1] in ("x", "y", "z", "xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz", "before", "after") and len(words) > 1:
-        words.pop()
-    for k in range(len(words)):  # the longest end of the name that is known
-        end = "_".join(words[k:])
-        if end in UNITS:
-            return UNITS[end]
-        if end in UNITS_OF_TOTALS or end in ENERGIES:
-            return UNITS_OF_TOTALS["energy" if end in ENERGIES else end][(dim or 3) - 1]
-    return ""
+def field_unit(name, dim):
+    """The unit of an array of particle files, or of a column of a probe; empty if unknown."""
+    stem = re.sub(COMPONENT, "", name)
+    return TOTALS[stem][(dim or 3) - 1] if stem in ("mass", "volume") else FIELDS.get(stem, "s" if name == "time" else "")
+
+
+def column_unit(name, dim):
+    """The unit of a column of history.csv or of body_0.csv; empty if unknown."""
+    stem = re.sub(r"_(before|after)$", "", name)
+    stem = re.sub(COMPONENT, "", re.sub(r"^projection_(?=mass|momentum)", "", stem))
+    total = None
+    if name in ("time", "dt"):
+        return "s"
+    if stem in ("mass", "momentum", "angular_momentum"):
+        total = stem
+    elif stem == "center":
+        return "m"
+    elif name in WORKS or name in ENERGIES:
+        total = "energy"
+    else:  # of a boundary, contact or obstacle, behind its name
+        end = re.search(r"_(force_[xyz]|moment_[xyz]|work|dissipation|velocity_[xyz]|rotation_[xyz]|[xyz])$", name)
+        what = re.sub(COMPONENT, "", end[1]) if end else ""
+        if what in ("velocity", "rotation", "x", "y", "z"):
+            return {"velocity": "m/s", "rotation": "rad/s"}.get(what, "m")
+        total = {"force": "force", "moment": "moment", "work": "energy", "dissipation": "energy"}.get(what)
+    return TOTALS[total][(dim or 3) - 1] if total else ""

@@ -75,10 +75,11 @@ void warn_of_instability(const MethodSpec& method)
                 found->why);
 }
 
-/// A name as one word of a shell.
+/// The name of a directory as one word of a shell, which is no option.
 std::string in_shell(const std::string& name)
 {
     constexpr std::string_view plain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_./+-=:,@%";
+    if (name.starts_with('-')) return in_shell("./" + name);
     if (!name.empty() && name.find_first_not_of(plain) == std::string::npos) return name;
     std::string quoted = "'";
     for (const char c : name) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);

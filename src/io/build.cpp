@@ -210,7 +210,7 @@ Solid<D> solid_of(const ObstacleInput& o)
     if (o.shape == "cylinder")
         return Cylinder<D>{to_vec<D>(o.center), *o.radius, *o.height, o.axis.empty() ? 2 : o.axis[0] - 'x'};
     try {
-        return TriangleSurface(read_stl(o.file, o.scale));
+        return TriangleSurface(read_stl(o.file, o.scale.value_or(1.0)));
     } catch (const InputError& e) {
         o.fail("file", e.what());
     }

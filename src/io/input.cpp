@@ -473,7 +473,7 @@ const Section<ObstacleInput>& obstacle_section()
                     .what = "STL file, binary or text, relative to the case file; corners of triangles go round counterclockwise, seen from "
                             "outside. An open surface acts on the side of its normals"}},
                 {&ObstacleInput::scale, {.name = "scale",
-                    .what = "factor on the coordinates of the file, such as 0.001 for millimetres", .min = 0, .open_min = true}},
+                    .what = "factor on the coordinates of the file, such as 0.001 for millimetres", .default_text = "1.0", .min = 0, .open_min = true}},
                 {&ObstacleInput::velocity, {.name = "velocity",
                     .what = "velocity of the centre, a function of t; with mass that at the start", .unit = "m/s", .default_text = "0 per axis",
                     .per_axis = true}},

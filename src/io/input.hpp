@@ -112,7 +112,7 @@ struct ObstacleInput : ShapeInput, ContactLawInput {
     std::string name;  ///< of its columns
     std::vector<double> point, normal;
     std::string file;
-    double scale = 1.0;
+    std::optional<double> scale;  ///< of the file; 1 by default
     std::vector<Expression> velocity, rotation;
     std::optional<double> mass;
     std::vector<std::string> held;

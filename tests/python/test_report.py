@@ -6,19 +6,21 @@ import re
 import subprocess
 import sys
 import tempfile
+import types
 import unittest
 
 import numpy as np
-from support import InTemporaryDirectory, block, program
+from support import ROOT, InTemporaryDirectory, block, program
 
 import ordo
+from ordo import _units
 
 try:
     from vtkmodules import vtkIOXML  # noqa: F401  (frames are read by it)
 except ImportError:
     raise unittest.SkipTest("no VTK: apt-get install python3-vtk9") from None
 
-from ordo.report import write
+from ordo.report import _particles, write
 
 
 def run(folder, name, **changes):
@@ -95,27 +97,106 @@ class Limits(InTemporaryDirectory):
     """A page stays below its limit, and says what it leaves out."""
 
     def test_coarser_then_fewer_frames(self):
-        folder = run(self.dir, "run", output={"interval": 0.001})
+        folder = run(self.dir, "run", grid__spacing=0.03125, output={"interval": 0.001})
         sizes, notes = [], []
-        for limit in (10, 0.02, 0.004):
+        whole = write(folder).read_text(encoding="utf-8")
+        packed = sum(map(len, re.findall(r'id="(?:place|offset|field) [^>]*>(.*?)</script>', whole)))
+        rest = len(whole.encode()) - packed + 25_000
+        for limit in (10, (rest + 0.5 * packed) / 1e6, (rest + 0.1 * packed) / 1e6):
             page = write(folder, self.dir / f"{limit}.html", limit=limit)
-            packed = sum(map(len, re.findall(r'<script type="text/plain" id="(?:place|offset|field) [^>]*>(.*?)</script>', page.read_text())))
-            self.assertLess(packed, limit * 1e6)
-            self.assertGreater(packed, 1000)
-            data = json.loads(re.search(r'id="data">(.*?)</script>', page.read_text())[1])
+            self.assertLess(page.stat().st_size, limit * 1e6)
+            data = self.data_of(page)
             sizes.append(len(data["particles"]["times"]))
             notes.append(" ".join(data["notes"]))
             self.assertEqual((data["particles"]["times"][0], data["particles"]["times"][-1]), (0.0, 0.02))
         self.assertEqual((sizes[0], notes[0]), (21, ""))
         self.assertGreater(sizes[0], sizes[2])
         self.assertIn(f"{sizes[2]} of 21 frames are shown", notes[2])
-        self.assertRegex(notes[2], "Places are good to 1/")
+        self.assertRegex(notes[2], "Places are rounded to 1/3[12] of a small particle's size. Fields are rounded to 1/254 of their range.")
+
+    def data_of(self, page):
+        return json.loads(re.search(r'id="data">(.*?)</script>', page.read_text(encoding="utf-8"))[1])
+
+    def test_what_numbers_are_good_to_is_said(self):
+        """A grid that is large against its particles, and a domain that is large against the others."""
+        far = run(self.dir, "far", grid={"size": [100.0, 1.0], "spacing": [0.125, 0.125]}, output={"interval": 0.01},
+                  body=[{"material": "rubber", "shape": "box", "lower": [x, 0.25], "upper": [x + 0.25, 0.5]} for x in (0.25, 98.0)])
+        data = self.data_of(write(far))
+        self.assertRegex(" ".join(data["notes"]), r"Places are rounded to 1/4\d of a small particle's size")  # 65534 steps in 98 m
+        found = _particles.Survey(None, 2, "axes", size=1.0, small=1.0, scalars=[], reach=200.0)
+        about = {"step": [1 / 512] * 3, "side": 200.0 / 32767}
+        self.assertIn("1/164 of", _particles.notes_on(about, found, _particles.PRECISIONS[0])[0])
+
+    def test_outliers(self):
+        values = np.linspace(-1.0, 1.0, 1000)
+        values[[3, 5, 7]] = 1e25, np.nan, 1e39
+        frame = types.SimpleNamespace(fields={"stress": values})
+        one = _particles.Scalar("stress", "stress", 0)
+        one.see(frame)
+        one.settle()
+        self.assertTrue(one.is_clipped)
+        self.assertLess(one.step(65534), 1e-3)
+        self.assertEqual((one.low, round(one.high, 0)), (-1.0, 21.0))
+        codes = _particles.codes(one.of(frame), one.low, one.step(65534), 65534)
+        self.assertEqual(codes[[3, 5, 7]].tolist(), [65535, 0, 0])
+        np.testing.assert_allclose(one.low + one.step(65534) * (codes[10:] - 1.0), values[10:], atol=one.step(65534))
+
+    def test_units(self):
+        """Those of the texts of the laws, and of docs/output.md."""
+        texts = "".join(file.read_text(encoding="utf-8") for file in (ROOT / "src/material").glob("*.hpp"))
+        columns = dict(re.findall(r'HistoryColumn\{"(\w+)",\s+"[^"]*?(?:, ([A-Z][\w/^]*))?"\}', texts))
+        self.assertGreaterEqual(len(columns), 5)
+        for name, unit in columns.items():
+            self.assertEqual(_units.field_unit(name, 2), unit.replace("^3", "³"), name)
+        for name, unit in {"internal_energy": "J/m³", "stress_xx": "Pa", "mass": "kg/m", "deformation_gradient_xy": "", "plastic_strain": "", "time": "s"}.items():
+            self.assertEqual(_units.field_unit(name, 2), unit, name)
+        for name, unit in {"dt": "s", "kinetic_energy": "J/m", "projection_momentum_x_before": "kg/s", "density_x": "m", "force_rotation_z": "rad/s",
+                           "floor_moment_z": "N", "a_b_friction_work": "J/m", "a_dissipation": "J/m", "center_x": "m", "angular_momentum_z": "kg m/s",
+                           "dropped_pivots": "", "stage": "", "pressure_force_x": "N/m"}.items():
+            self.assertEqual(_units.column_unit(name, 2), unit, name)
+
+    def test_files_of_others(self):
+        folder = run(self.dir, "run", output={"interval": 0.01, "per_body": True}, probe=[{"name": "a", "particle": [0.5, 0.5]}])
+        (folder / "body_notes.csv").write_text("mine")
+        (folder / "probe_a.csv").write_text("time,x\n1,\n")
+        data = self.data_of(write(folder))
+        self.assertEqual(sorted(data["tables"]), ["body_0", "history"])
+        self.assertEqual(data["notes"], [f"{folder / 'probe_a.csv'}: is not a table of numbers."])
+
+    def test_wrong_arguments(self):
+        folder = run(self.dir, "run", output={"interval": 0.01})
+        for arguments in ({"every": 1.5}, {"every": "2"}, {"limit": "60"}, {"limit": float("nan")}, {"fields": "velocity"}, {"fields": [1]}, {"directory": None}):
+            with self.assertRaises(ordo.InputError, msg=arguments):
+                write(**{"directory": folder, **arguments})
+        with self.assertRaisesRegex(ordo.OutputError, "cannot be written"):
+            write(folder, self.dir)
+        (self.dir / "elsewhere.html").symlink_to(folder / "real.html")
+        write(folder, self.dir / "elsewhere.html")
+        self.assertTrue((self.dir / "elsewhere.html").is_symlink() and (folder / "real.html").is_file())
+
+    def test_obstacles_after_a_restart(self):
+        """Their places are those of the files, although history.csv begins late."""
+        case = block(obstacle=[{"name": "post", "shape": "box", "lower": [0.8, 0.8], "upper": [0.9, 0.95], "velocity": [5.0, 0.0], "rotation": 20.0}],
+                     output={"interval": 0.005}, grid__origin=[500000.0, 4000000.0])
+        case["body"][0] |= {"lower": [500000.25, 4000000.25], "upper": [500000.75, 4000000.75]}
+        case["obstacle"][0] |= {"lower": [500000.8, 4000000.8], "upper": [500000.9, 4000000.95]}
+        sim = ordo.Simulation(ordo.Case.from_dict(case), threads=1)
+        sim.run(until=0.01)
+        sim.save(self.dir / "half.h5")
+        (self.dir / "case.toml").write_text(str(ordo.Case.from_dict(case)))
+        program("run", "case.toml", "--restart", "half.h5", "--output", "late", cwd=self.dir)
+        data = self.data_of(write(self.dir / "late"))
+        (post,) = data["particles"]["obstacles"]
+        np.testing.assert_allclose(post["places"][:3], [500000.9, 4000000.875, 0], atol=1e-5)
+        np.testing.assert_allclose(np.reshape(post["triangles"], (-1, 3)).min(axis=0), [-0.05, -0.075, 0], atol=1e-5)
+        self.assertIn("How far post had turned before the first row of history.csv is not known.", data["notes"])
 
     def test_a_hostile_title(self):
         title = "</script><script>document.title = 'lost'</script><!-- &amp; \u2028 {{scripts}}"
         folder = run(self.dir, "run", title=title)
         text = write(folder).read_text(encoding="utf-8")
         self.assertEqual(json.loads(re.search(r'id="data">(.*?)</script>', text)[1])["case"]["title"], title)
+        self.assertEqual(text.count("<script"), text.count("</script>"))
 
 
 def driver():
@@ -178,7 +259,7 @@ class Page(unittest.TestCase):
         self.slide(frame)
         found = self.asks("""const {about} = r.viewer, n = about.count, places = [], values = {};
             for (let k = 0; k < n; ++k) { const x = r.viewer.at(k); places.push([x.x, x.y, x.z]); }
-            for (const field of r.state.fields) { await r.pickField(field); values[field.label] = [...r.state.values.subarray(r.state.frame*n, (r.state.frame + 1)*n)]; }
+            for (const field of r.state.fields) { await r.pickField(field); values[field.label] = [...r.state.values.subarray(r.state.frame*n, (r.state.frame + 1)*n)].map((v) => v + field.base); }
             const offsets = r.viewer.offsets.map((planes) => planes.map((p) => [...p.subarray(r.state.frame*n, (r.state.frame + 1)*n)]));
             return {places, values, offsets, middle: about.middle, side: about.side, corners: about.corners, kind: about.kind, times: about.times,
                     steps: Object.fromEntries(about.fields.map((f) => [f.name, f.step]))};""")
@@ -203,6 +284,7 @@ class Page(unittest.TestCase):
     def test_a_plane_run(self):
         folder = run(self.dir, "plane", output={"interval": 0.002, "fields": ["velocity", "stress", "density"]}, probe=[{"name": "middle", "particle": [0.5, 0.5]}])
         self.open(write(folder))
+        self.assertEqual(self.browser.execute_script("return document.querySelector('.bar .title').textContent"), "velocity (size), m/s")
         first = self.picture()
         self.assertGreater(len(first), 20)                # many colours
         self.assert_shows(folder, 4, 1 / 400)
@@ -214,7 +296,53 @@ class Page(unittest.TestCase):
         drawn = self.browser.execute_script("""return [...document.querySelectorAll('.plot canvas')].map((c) => {
             const bytes = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; return new Set(new Uint32Array(bytes.buffer)).size; })""")
         self.assertGreater(min(drawn), 5)
-        self.assertIn("Pa", self.browser.execute_script("return document.querySelector('.bar .title').textContent") + "Pa")
+        history = ordo.history(folder)
+        time, *curves = self.browser.execute_script("return document.querySelector('.plot').plot.data.map((values) => [...values])")
+        np.testing.assert_allclose(time, history["time"], rtol=1e-6)
+        np.testing.assert_allclose(curves[:2], [history["kinetic_energy"], history["strain_energy"]], rtol=1e-6)
+        np.testing.assert_allclose(curves[-1], history["total_energy"], rtol=1e-6)
+        self.assert_clean()
+
+    def test_colours_are_where_particles_are(self):
+        """The pixel at a particle's centre has the colour of its value."""
+        folder = run(self.dir, "coloured", output={"interval": 0.01, "fields": ["velocity"]})
+        for points in (False, True):
+            self.open(write(folder, points=points))
+            found = self.asks("""r.viewer.outlines = false; r.viewer.draw();
+                const gl = r.viewer.renderer.getContext(), ratio = gl.drawingBufferHeight/r.viewer.box.clientHeight, map = colourBytes("viridis", 256), rows = [];
+                for (let k = 0; k < r.viewer.about.count; ++k) {
+                  const [x, y] = r.viewer.pixel(r.viewer.at(k)), pixel = new Uint8Array(4);
+                  gl.readPixels(Math.round(x*ratio), gl.drawingBufferHeight - Math.round(y*ratio), 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+                  const value = r.state.values[r.state.frame*r.viewer.about.count + k] + r.state.choice.base;
+                  const at = Math.round(255*(value - r.state.low)/(r.state.high - r.state.low));
+                  rows.push([...pixel.slice(0, 3), ...map.slice(4*at, 4*at + 3)]);
+                }
+                return rows;""")
+            self.assertNotIsInstance(found, str, found)
+            np.testing.assert_allclose(np.array(found)[:, :3], np.array(found)[:, 3:], atol=3)
+
+    def test_ranges(self):
+        folder = run(self.dir, "ranges", output={"interval": 0.01, "fields": ["density"]})
+        self.open(write(folder))
+        density = np.concatenate([frame.fields["density"] for frame in ordo.frames(folder)])
+
+        def ends(*typed):
+            for name, text in typed:
+                self.browser.execute_script("const i = document.getElementById(arguments[0]); i.value = arguments[1]; i.dispatchEvent(new Event('change'))", name, text)
+            return self.asks("return [r.state.low, r.state.high, document.getElementById('low').value, document.querySelectorAll('input.bad').length]")
+
+        self.asks("await r.pickField(r.state.fields.find((f) => f.name === 'density')); return 0")
+        low, high, *_ = ends()
+        np.testing.assert_allclose([low, high], [density.min(), density.max()], rtol=1e-9)
+        self.assertEqual(ends(("low", "999.5"))[::2], [999.5, "999.5"])
+        self.assertEqual(ends(("high", "1001,25"))[:2], [999.5, 1001.25])
+        for bad in ("", "many", "2000"):
+            self.assertEqual(ends(("low", bad)), [999.5, 1001.25, bad, 1])
+        self.browser.execute_script("[...document.querySelectorAll('button')].find((b) => b.textContent === '98 %').click()")
+        np.testing.assert_allclose(ends()[:2], np.quantile(density, [0.01, 0.99]), rtol=1e-3)
+        self.browser.execute_script("[...document.querySelectorAll('button')].find((b) => b.textContent === 'This frame').click()")
+        last = ordo.frames(folder)[-1].fields["density"]
+        np.testing.assert_allclose(ends()[:2], [last.min(), last.max()], rtol=1e-7)
         self.assert_clean()
 
     def test_play_turns_the_pages(self):
@@ -232,6 +360,7 @@ class Page(unittest.TestCase):
         folder = run(self.dir, "looks", output={"interval": 0.01})
         self.open(write(folder))
         colours = []
+        self.asks("document.querySelector('.plot').make(); return 0")  # plots are drawn anew
         for _ in range(2):
             self.browser.execute_script("document.getElementById('look').click()")
             colours.append(self.browser.execute_script("return [getComputedStyle(document.body).backgroundColor, document.documentElement.dataset.look]"))
@@ -249,6 +378,8 @@ class Page(unittest.TestCase):
         self.assertNotEqual(turned, before)
         found = self.asks("const [x, y] = r.viewer.pixel(r.viewer.at(3)); return [r.viewer.pick(x, y) !== null, r.viewer.pick(-500, -500)]")
         self.assertEqual(found, [True, None])
+        picture = self.asks("const c = r.save(); const p = c.getContext('2d').getImageData(c.width - 150, 100, 16, 100).data; return new Set(p).size")
+        self.assertGreater(picture, 20)  # the colour bar is in it
         self.asks("r.viewer.home(); return 0")
         self.assertEqual(self.picture(), before)
         self.assert_clean()
@@ -271,6 +402,11 @@ class Page(unittest.TestCase):
         np.testing.assert_allclose(found[0][1], [0, 0, np.sin(0.2), np.cos(0.2)], atol=2e-2)
         greys = {c for c in self.picture() if len(set(c.split(","))) == 1}
         self.assertTrue({"158,158,158", "138,138,138"} <= greys, greys)
+        floor = self.asks("return r.viewer.about.obstacles[1]")
+        corners = np.reshape(floor["triangles"], (-1, 3)) + floor["places"][:3]
+        np.testing.assert_allclose([corners.min(axis=0)[0], *corners.max(axis=0)], [0.0, 1.0, 0.02, 0.0], atol=1e-6)
+        self.asks("r.viewer.obstaclesShown = false; return 0")
+        self.assertFalse({"158,158,158", "138,138,138"} & set(self.picture()))
         self.assert_clean()
 
     def test_verify(self):
@@ -281,7 +417,7 @@ class Page(unittest.TestCase):
         for study in studies:
             self.assertIn(study["method"], text)
             for row in study["rows"]:
-                self.assertIn(f"failed: {row['failed']}" if row["failed"] else f"{row['order']['displacement']:.2f}" if row["order"] else "", text)
+                self.assertIn(f"failed: {row['failed']}" if row["failed"] else f"{row['order']['displacement']:.2f}" if row["order"] else str(row["particles"]), text)
         self.assertTrue(any(row["failed"] for study in studies for row in study["rows"]))
         self.assertGreaterEqual(self.browser.execute_script("return document.querySelectorAll('.plot canvas').length"), 3)
         self.assert_clean()

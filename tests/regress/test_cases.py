@@ -196,6 +196,12 @@ class Documentation(unittest.TestCase):
                 for file in files:
                     done = ordo("check", file, cwd=ROOT)
                     self.assertTrue(done.returncode == 0 or "built without Gmsh" in done.stderr, done.stderr)
+                    if done.returncode == 0:  # the resolved case is a case too
+                        with tempfile.NamedTemporaryFile("w", suffix=".toml") as resolved:
+                            resolved.write(done.stdout)
+                            resolved.flush()
+                            again = ordo("check", resolved.name, cwd=ROOT)
+                        self.assertEqual((again.returncode, again.stdout), (0, done.stdout), again.stderr)
 
 
 if __name__ == "__main__":

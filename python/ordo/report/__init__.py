@@ -12,6 +12,7 @@ import json
 import math
 import os
 import re
+import tempfile
 from importlib import resources
 from pathlib import Path
 
@@ -24,6 +25,7 @@ from . import _obstacles, _particles, _tables
 __all__ = ["write"]
 
 MARK = '<meta name="generator" content="ordo.report">'
+LEAST = 0.08  # bytes that a number takes at least, about
 SCRIPTS = ("data.js", "colours.js", "viewer.js", "plots.js", "page.js")
 
 
@@ -56,52 +58,70 @@ def write(directory, output=None, fields=None, every=1, points=False, limit=60):
     OutputError
         If the page cannot be written, or another file is there.
     """
-    directory = Path(directory)
-    output = Path(output) if output is not None else directory / "report.html"
-    if every < 1 or limit <= 0:
-        raise InputError("every must be at least 1 and limit above 0")
+    if isinstance(fields, str) or fields is not None and not all(isinstance(one, str) for one in fields):
+        raise InputError("fields must be a list of names")
+    if not isinstance(every, int) or every < 1:
+        raise InputError("every must be a whole number, at least 1")
+    if not isinstance(limit, (int, float)) or not 0 < limit < math.inf:
+        raise InputError("limit must be a number of MB above 0")
+    try:
+        directory, output = Path(directory), Path(directory) / "report.html" if output is None else Path(output)
+    except TypeError:
+        raise InputError("directory and output must be paths") from None
     if not directory.is_dir():
         raise InputError(f"{directory}: there is no such folder")
     is_run, is_study = (directory / "case.toml").is_file(), (directory / "verify.json").is_file()
     if not is_run and not is_study:
         raise InputError(f"{directory}: holds neither case.toml of `ordo run` nor verify.json of `ordo verify --data`")
     refuse_other_file(output)
-    blobs, data = {}, {"name": directory.resolve().name, "notes": []}
-    if is_run:
-        add_run(data, blobs, directory, fields, every, points, limit * 1e6)
+    data, blobs = {"name": directory.resolve().name, "notes": []}, {}
     if is_study:
         data["studies"] = _tables.studies_of(directory)
+    if is_run:
+        add_run(data, blobs, directory, fields, every, points, limit * 1e6)
     save(page(data, blobs), output)
     return output
 
 
 def refuse_other_file(output):
     """Nothing that was there is lost, but for an earlier report."""
-    if not output.exists():
+    try:
+        with open(output, "rb") as there:
+            is_report = MARK.encode() in there.read(1000)
+    except FileNotFoundError:
         return
-    with open(output, "rb") as there:
-        if MARK.encode() not in there.read(1000):
-            raise OutputError(f"{output}: is there and is no report; give another name with -o")
+    except OSError as e:
+        raise OutputError(f"{output}: cannot be written ({e.strerror})") from None
+    if not is_report:
+        raise OutputError(f"{output}: is there and is no report; give another name with -o")
 
 
 def add_run(data, blobs, directory, fields, every, points, limit):
     text, case, program = _tables.case_of(directory)
-    dim = case.get("grid", {}).get("dim")
-    tables = {}
-    for file in sorted(directory.glob("*.csv")):
-        if file.name == "history.csv" or file.name.startswith(("probe_", "body_")):
-            tables[file.stem] = _tables.table_of(file, dim)
-    if "history" in tables and tables["history"]["columns"].get("time"):
-        tables["history"]["energies"] = _tables.energies_of(tables["history"])
-    coarsest = max((table["every"] for table in tables.values()), default=1)
+    dim = case["grid"]["dim"]
+    tables, notes = _tables.tables_of(directory)
+    most = max(100, min(_tables.MOST_ROWS, _tables.MOST_NUMBERS // max(1, sum(map(len, tables.values())))))
+    data["tables"] = {Path(name).stem: _tables.shown(name, columns, dim, most) for name, columns in tables.items() if "time" in columns}
+    if "history" in data["tables"]:
+        data["tables"]["history"]["energies"] = _tables.energies_of(data["tables"]["history"])
+    coarsest = max((table["every"] for table in data["tables"].values()), default=1)
     if coarsest > 1:
-        data["notes"].append(f"Curves show one row in {coarsest} of long tables.")
-    data.update(case=case, toml=text, program=program, tables=tables)
-    if (directory / "particles.pvd").is_file():
-        about, packed, notes = particles_of(Frames.of(directory), dim, fields, every, points, limit)
-        data["particles"] = {**about, "box": box_of(case), "obstacles": _obstacles.shapes_of(case, directory, np.array(about["times"]))}
-        data["notes"] += notes
-        blobs.update(packed)
+        notes.append(f"Curves show one row in {coarsest} of long tables.")
+    data.update(case=case, toml=text, program=program)
+    data["notes"] += notes
+    if not (directory / "particles.pvd").is_file():
+        return
+    frames = one_in(Frames.of(directory), every)
+    found = _particles.look(frames, dim, fields, points)
+    obstacles, notes = _obstacles.shapes_of(case, directory, tables.get("history.csv", {}), frames.times)
+    data["notes"] += notes
+    rest = len(page({**data, "obstacles": obstacles, "ids": found.ids.tolist()}, {}).encode()) + 20_000
+    about, packed, notes = packed_below(limit - rest, frames, found)
+    if len(about["times"]) < len(frames):
+        obstacles, _ = _obstacles.shapes_of(case, directory, tables.get("history.csv", {}), np.array(about["times"]))
+    data["particles"] = {**about, "box": box_of(case), "obstacles": obstacles}
+    data["notes"] += notes
+    blobs.update(packed)
 
 
 def box_of(case):
@@ -118,33 +138,29 @@ def one_in(frames, share):
     return Frames(frames.times[kept], [frames.files[k] for k in kept])
 
 
-def particles_of(frames, dim, fields, every, points, limit):
-    """The frames, packed below the limit."""
-    found = _particles.look(frames, dim, fields, points)
-    share, level = every, 0
+def packed_below(room, frames, found):
+    """The frames in less than so many bytes, and notes on what that took."""
+    share, level = 1, 0
     while True:
         chosen = one_in(frames, share)
         count = len(found.ids) * len(chosen) * found.numbers()
         while count > _particles.PRECISIONS[level][2]:
             level += 1
-        about, blobs = _particles.encode(chosen, found, _particles.PRECISIONS[level])
-        size = 4 / 3 * sum(map(len, blobs.values()))
-        if size < limit:
-            break
+        size = LEAST * count
+        if size < room or len(chosen) <= 2:
+            about, blobs = _particles.encode(chosen, found, _particles.PRECISIONS[level])
+            size = 4 / 3 * sum(map(len, blobs.values()))
+            if size < room:
+                break
         if level < len(_particles.PRECISIONS) - 1:
             level += 1
         elif len(chosen) > 2:
-            share = min(max(share + 1, int(share * size / limit)), len(frames))
+            share = min(max(share + 1, int(share * size / max(room, 1))), len(frames))
         else:
-            raise InputError(f"two frames take {size / 1e6:.0f} MB, the limit is {limit / 1e6:.0f}: give fewer fields (--fields), points "
+            raise InputError(f"two frames take {size / 1e6:.2g} MB, the limit leaves {max(room, 0) / 1e6:.2g}: give fewer fields (--fields), points "
                              "(--points) or a larger --limit")
-    notes = []
-    if len(chosen) < len(frames):
-        notes.append(f"{len(chosen)} of {len(frames)} frames are shown.")
-    if level:
-        per_size, levels, _ = _particles.PRECISIONS[level]
-        notes.append(f"Places are good to 1/{per_size} of a particle's size, fields to 1/{levels + 1} of their range.")
-    return about, blobs, notes
+    notes = [f"{len(chosen)} of {len(frames)} frames are shown."] if len(chosen) < len(frames) else []
+    return about, blobs, notes + _particles.notes_on(about, found, _particles.PRECISIONS[level])
 
 
 def page(data, blobs):
@@ -179,10 +195,22 @@ def finite(values):
 
 def save(text, output):
     """Written whole or not at all."""
-    part = output.with_name(output.name + ".part")
     try:
-        part.write_text(text, encoding="utf-8")
-        os.replace(part, output)
+        target = output.resolve()
+        with tempfile.NamedTemporaryFile("w", encoding="utf-8", dir=target.parent, prefix=f".{target.name}.", delete=False) as part:
+            try:
+                part.write(text)
+                part.close()
+                os.chmod(part.name, 0o666 & ~umask())
+                os.replace(part.name, target)
+            except BaseException:
+                os.unlink(part.name)
+                raise
     except OSError as e:
-        part.unlink(missing_ok=True)
         raise OutputError(f"{output}: cannot be written ({e.strerror})") from None
+
+
+def umask():
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

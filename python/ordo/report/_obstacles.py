@@ -4,34 +4,41 @@ from pathlib import Path
 
 import numpy as np
 
-from .._tables import history
+from .._errors import InputError
 
 SECTORS = 8   # light and dark by turns, so that a turn of a round obstacle is seen
 ROUND = 64    # sides of a circle
-FIGURES = 6   # digits of a coordinate
+MOST = 20_000 # triangles of a surface
 
 
-def shapes_of(case, directory, times):
-    """For each obstacle: triangles (m, 3, 3), m, at the start; shades (m,); the shift, m, and the turn, a quaternion, in each frame."""
-    dim = case["grid"]["dim"]
+def shapes_of(case, directory, table, times):
+    """For each obstacle: triangles (m, 3, 3), m, about its centre; shades (m,); the place of the centre, m, and the turn, a quaternion, in each
+    frame. And notes on what is not drawn. table: the columns of history.csv."""
+    dim, found, notes = case["grid"]["dim"], [], []
     if dim == 1:
-        return []
-    table = history(directory) if (directory / "history.csv").is_file() else {}
+        return found, notes
     walls = [wall for wall in case.get("boundary", []) if "normal" in wall and "value" not in wall]
-    found = []
     for row in [*case.get("obstacle", []), *walls]:
-        triangles = triangles_of(row, dim, case["grid"], directory)
-        if triangles is None:
+        name = row.get("name", "")
+        try:
+            triangles = triangles_of(row, dim, case["grid"], directory)
+        except InputError as e:
+            notes.append(f"The obstacle {name} is not drawn: {e}.")
             continue
-        shifts, turns = motion_of(row.get("name", ""), table, times)
-        centre = centre_of(row, triangles, table)
-        found.append({"triangles": rounded(triangles - centre), "shades": shades_of(triangles - centre, row), "places": rounded(centre + shifts),
-                      "turns": rounded(turns)})
-    return found
+        start = centre_of(row, triangles)
+        places, turns = motion_of(name, table, times, start)
+        if table.get("time", [0.0])[0] > 0 and np.any(turns[:, 3] != 1):
+            notes.append(f"How far {name} had turned before the first row of history.csv is not known.")
+        size = np.linalg.norm(case["grid"]["size"])
+        found.append({"triangles": rounded(triangles - start, size), "shades": shades_of(triangles - start, row),
+                      "places": rounded(places, size), "turns": rounded(turns, 1.0)})
+    return found, notes
 
 
-def rounded(values):
-    return [float(f"{v:.{FIGURES}g}") for v in np.ravel(values)]
+def rounded(values, size):
+    """Numbers to a millionth of a size."""
+    digits = max(0, 6 - int(np.floor(np.log10(size))))
+    return np.round(np.ravel(values), digits).tolist()
 
 
 def along(values):
@@ -68,17 +75,26 @@ def box(low, high, dim):
 
 
 def half_space(row, dim, grid):
-    """The part of its face that may be seen from the grid, with some thickness."""
-    size = along(grid["size"])
-    normal = along(row["normal"]) / np.linalg.norm(row["normal"])
-    reach, deep = 0.75 * np.linalg.norm(size), 0.02 * np.linalg.norm(size)
-    middle = along(grid.get("origin", [0.0])) + size / 2
-    middle = middle - normal * ((middle - along(row["point"])) @ normal)
-    first = np.cross(normal, [0, 0, 1] if dim == 2 else np.eye(3)[np.argmin(np.abs(normal))])
-    first /= np.linalg.norm(first)
-    axes = np.stack([first, normal, np.cross(first, normal)])
-    flat = box(np.array([-reach, -deep, -reach if dim == 3 else 0.0]), np.array([reach, 0.0, reach if dim == 3 else 0.0]), dim)
-    return middle + flat @ axes
+    """Its face as far as it is in the grid; in 2D with some thickness."""
+    size, low = along(grid["size"]), along(grid.get("origin", [0.0]))
+    normal, point = along(row["normal"]) / np.linalg.norm(row["normal"]), along(row["point"])
+    ends = [np.where([k >> d & 1 for d in range(3)], low + size, low) for k in range(2 ** dim)]
+    edges = [(ends[k], ends[k | 1 << d]) for k in range(2 ** dim) for d in range(dim) if not k >> d & 1]
+    heights = [((p - point) @ normal, (q - point) @ normal) for p, q in edges]
+    cuts = np.array([p + (q - p) * a / (a - b) for (p, q), (a, b) in zip(edges, heights) if a * b < 0 or (a == 0) != (b == 0)])
+    if len(cuts) < dim:
+        raise InputError("its face is not in the grid")
+    if dim == 2:
+        along_face = np.array([-normal[1], normal[0], 0.0])
+        way = (cuts - point) @ along_face
+        first, last = point + way.min() * along_face, point + way.max() * along_face
+        deep = 0.02 * np.linalg.norm(size) * normal
+        return quads([[first, last, last - deep, first - deep]])
+    middle = cuts.mean(axis=0)
+    u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    angle = np.arctan2((cuts - middle) @ np.cross(normal, u), (cuts - middle) @ u)
+    rim = cuts[np.argsort(angle)]
+    return np.stack([np.broadcast_to(middle, rim.shape), rim, np.roll(rim, -1, axis=0)], axis=1)
 
 
 def circle(radius):
@@ -111,19 +127,20 @@ def stl(file, scale):
     from vtkmodules.vtkIOGeometry import vtkSTLReader
 
     if not Path(file).is_file():
-        return None
+        raise InputError(f"there is no file {file}")
     reader = vtkSTLReader()
     reader.SetFileName(str(file))
     reader.Update()
     mesh = reader.GetOutput()
+    if not 0 < mesh.GetNumberOfPolys() <= MOST:
+        raise InputError(f"{file} has {mesh.GetNumberOfPolys()} triangles, not 1 to {MOST}")
     return scale * vtk_to_numpy(mesh.GetPoints().GetData())[vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)].astype(float)
 
 
-def centre_of(row, triangles, table):
-    """About which it turns: the first place in history.csv, else the middle."""
-    name = row.get("name", "")
-    if f"{name}_rotation_x" in table and len(table["time"]):
-        return np.array([table[f"{name}_{a}"][0] for a in "xyz"])
+def centre_of(row, triangles):
+    """About which it turns: as given, the point of a half-space, the middle of a box or surface."""
+    if "center" in row or "point" in row:
+        return along(row.get("center", row.get("point")))
     return (triangles.min(axis=(0, 1)) + triangles.max(axis=(0, 1))) / 2
 
 
@@ -136,13 +153,12 @@ def shades_of(triangles, row):
     return (np.floor(np.arctan2(middle[:, v], middle[:, u]) * SECTORS / (2 * np.pi)).astype(int) % 2).tolist()
 
 
-def motion_of(name, table, times):
-    """Shift (frames, 3), m, from the columns of history.csv, and turn (frames, 4), its angular velocity summed over the rows."""
+def motion_of(name, table, times, start):
+    """Places of the centre (frames, 3), m, from the columns of history.csv, and turns (frames, 4), the angular velocity summed over the rows."""
     if f"{name}_rotation_x" not in table or len(table["time"]) == 0:
-        return np.zeros((len(times), 3)), np.tile([0.0, 0.0, 0.0, 1.0], (len(times), 1))
+        return np.tile(start, (len(times), 1)), np.tile([0.0, 0.0, 0.0, 1.0], (len(times), 1))
     time = table["time"]
-    place = np.stack([table[f"{name}_{a}"] for a in "xyz"], axis=1)
-    shifts = np.stack([np.interp(times, time, place[:, d] - place[0, d]) for d in range(3)], axis=1)
+    places = np.stack([np.interp(times, time, table[f"{name}_{a}"]) for a in "xyz"], axis=1)
     spin = np.stack([table[f"{name}_rotation_{a}"] for a in "xyz"], axis=1)
     turn, turns = np.array([0.0, 0.0, 0.0, 1.0]), [np.array([0.0, 0.0, 0.0, 1.0])]
     for dt, rate in zip(np.diff(time), spin[1:]):  # that of the middle of the step
@@ -150,8 +166,7 @@ def motion_of(name, table, times):
         if angle > 0:
             turn = product(np.append(np.sin(angle / 2) * rate / np.linalg.norm(rate), np.cos(angle / 2)), turn)
         turns.append(turn)
-    turns = np.array(turns)
-    return shifts, turns[np.clip(np.searchsorted(time, times - 1e-12 * max(1.0, abs(time[-1]))), 0, len(time) - 1)]
+    return places, np.array(turns)[np.clip(np.searchsorted(time, times - 1e-12 * max(1.0, abs(time[-1]))), 0, len(time) - 1)]
 
 
 def product(p, q):

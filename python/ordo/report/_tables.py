@@ -8,9 +8,9 @@ import numpy as np
 
 from .._errors import InputError
 from .._tables import history
-from .._units import unit_of
+from .._units import column_unit, field_unit
 
-MOST_ROWS = 4000  # of a table over time
+MOST_ROWS, MOST_NUMBERS = 4000, 400_000  # of a table over time, of all tables
 
 # Where the energy is: columns of history.csv and labels. Work is positive when taken from the bodies, so the sum changes only by the error of the method.
 ENERGIES = {"kinetic_energy": "kinetic", "strain_energy": "strain", "potential_energy": "gravity", "boundary_work": "taken by boundaries",
@@ -23,23 +23,47 @@ SCHEME_ENERGIES = ["stress_update_energy", "projection_energy", "filter_energy",
 def case_of(directory):
     """Text and tables of the resolved case, and the program that wrote it."""
     file = directory / "case.toml"
-    text = file.read_text(encoding="utf-8")
     try:
+        text = file.read_text(encoding="utf-8")
         case = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as e:
+        dim = case["grid"]["dim"]
+        if dim not in (1, 2, 3):
+            raise ValueError(f"grid.dim is {dim}")
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, KeyError, TypeError, ValueError) as e:
         raise InputError(f"{file}: is not a case ({e})") from None
     program = re.search(r"Written by (ordo [^\n]*?)\.?\n", text)
     return text, case, program[1] if program else "ordo"
 
 
-def table_of(file, dim):
-    """A CSV file over time: names, units and columns of at most MOST_ROWS rows, the last always."""
-    columns = history(file)
-    rows = len(next(iter(columns.values())))
-    step = max(1, -(-rows // MOST_ROWS))
+def tables_of(directory):
+    """The tables over time that the run wrote, in the order of their numbers, by file name; and what cannot be read."""
+    names = [name for name in names_of(directory) if re.fullmatch(r"history\.csv|(probe|body)_.*\.csv", name)]
+    names.sort(key=lambda name: [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", name)])
+    tables, notes = {}, []
+    for name in names:
+        try:
+            tables[name] = history(directory / name)
+        except InputError as e:
+            notes.append(f"{e}.")
+    return tables, notes
+
+
+def names_of(directory):
+    """The files of the run: those of files.txt, else what is there."""
+    listed = directory / "files.txt"
+    if listed.is_file():
+        return [name for name in listed.read_text(encoding="utf-8", errors="replace").splitlines() if (directory / name).is_file()]
+    return [file.name for file in directory.glob("*.csv")]
+
+
+def shown(name, columns, dim, most):
+    """A table for the page: units and columns of at most `most` rows, the last always."""
+    rows = len(columns["time"])
+    step = max(1, -(-rows // most))
     kept = np.unique(np.append(np.arange(0, rows, step), rows - 1)) if rows else np.arange(0)
-    return {"file": file.name, "every": step, "units": {name: unit_of(name, dim) for name in columns},
-            "columns": {name: numbers(values[kept]) for name, values in columns.items()}}
+    unit = field_unit if name.startswith("probe_") else column_unit
+    return {"file": name, "every": step, "units": {column: unit(column, dim) for column in columns},
+            "columns": {column: numbers(values[kept]) for column, values in columns.items()}}
 
 
 def numbers(values):

@@ -34,8 +34,14 @@ function readable(value, digits = 4) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   if (value === 0) return "0";
   const size = Math.abs(value);
-  if (size >= 1e5 || size < 1e-3) return value.toExponential(digits - 1).replace("e+", "e").replace(/\.?0+e/, "e");
+  if (size >= 10 ** Math.max(5, digits) || size < 1e-3) return value.toExponential(digits - 1).replace("e+", "e").replace(/(\.\d*?)0+e/, "$1e").replace(".e", "e");
   return String(Number(value.toPrecision(digits)));
+}
+
+/** Digits that tell apart numbers between two ends. */
+function digitsOf(low, high, more = 3) {
+  const size = Math.max(Math.abs(low), Math.abs(high)), width = Math.abs(high - low);
+  return size > 0 && width > 0 ? Math.min(15, Math.max(more, Math.ceil(Math.log10(size / width) - 0.3) + more)) : 6;
 }
 
 /** An element with attributes, properties that begin with "on", and children. */

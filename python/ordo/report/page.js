@@ -10,7 +10,7 @@ const redraws = [];  // what must be made again in other colours
 function lookNow() {
   const style = getComputedStyle(document.documentElement);
   const of = (name) => style.getPropertyValue(name).trim();
-  return { name: lookName, text: of("--text"), grid: of("--grid"), faint: of("--faint"), mark: of("--mark"), line: of("--line"), font: "12px system-ui, sans-serif", up: upward() };
+  return { name: lookName, text: of("--text"), grid: of("--grid"), faint: of("--faint"), mark: of("--mark"), line: of("--line"), page: of("--page"), font: "12px system-ui, sans-serif", up: upward() };
 }
 
 /** Against gravity, else z. */
@@ -33,12 +33,35 @@ function section(title, ...children) {
   return made;
 }
 
-/** A box whose content is made anew when the look changes. */
-function drawnBox(make) {
+const seen = new IntersectionObserver((entries) => entries.forEach((entry) => entry.isIntersecting && entry.target.make()), { rootMargin: "300px" });
+const resized = new ResizeObserver((entries) => entries.forEach(({ target }) => target.plot?.setSize({ width: widthOf(target), height: target.plot.height })));
+const plots = new Set();  // boxes of plots that are drawn
+
+/** A box for a plot, which is made when it comes into sight, and anew when the look changes. */
+function plotBox(make) {
   const box = element("div", { class: "plot" });
-  const redraw = () => { box.replaceChildren(); make(box); };
-  redraws.push(redraw);
-  return [box, redraw];
+  box.make = () => {
+    if (box.plot) return;
+    box.plot = make(box);
+    box.plot.mark?.(shownTime);
+    plots.add(box);
+  };
+  seen.observe(box);
+  resized.observe(box);
+  return box;
+}
+
+redraws.push(() => [...plots].forEach((box) => {
+  box.plot.destroy();
+  box.plot = null;
+  plots.delete(box);
+  if (box.isConnected) box.make();
+}));
+
+let shownTime;
+function markTimes(time) {
+  shownTime = time;
+  plots.forEach((box) => box.plot.mark?.(time));
 }
 
 function table(head, rows) {
@@ -61,7 +84,7 @@ function listed(values) {
 function showCase() {
   const { case: input, particles, tables, program } = DATA;
   const method = input.method ?? {}, time = input.time ?? {};
-  const last = tables.history?.columns.time?.at(-1);
+  const last = tables.history?.columns.time?.at(-1) ?? particles?.times.at(-1);
   const facts = [
     ["Method", `${method.preset}: ${[method.domain, method.basis, `velocity by ${method.projection}`, method.scheme].join(", ")}`],
     ["Grid", `${input.grid?.dim ?? ""}D, ${listed(input.grid?.size)} m, spacing ${listed([...new Set(input.grid?.spacing ?? [])])} m`],
@@ -91,19 +114,25 @@ function choices(fields) {
   return found;
 }
 
-/** Values of a choice in all frames; MISSING where there is none. */
+/** Values of a choice in all frames, above its `base`, so that small differences of large values stay; MISSING where there is none. */
 async function valuesOf(choice, fields) {
   const parts = [];
-  for (const k of choice.parts) parts.push([fields[k], await unpacked(`field ${fields[k].name}`)]);
+  for (const k of choice.parts) parts.push([fields[k], await unpacked(`field ${k}`)]);
   const values = new Float32Array(parts[0][1].length);
+  if (parts.length === 1) {
+    const [{ low, step }, codes] = parts[0];
+    choice.base = choice.whole ? 0 : low;
+    for (let k = 0; k < values.length; ++k) {
+      const above = step * (codes[k] - 1);
+      values[k] = codes[k] === 0 ? MISSING : choice.whole ? Math.round(low + above) : above;
+    }
+    return values;
+  }
+  choice.base = 0;
   for (let k = 0; k < values.length; ++k) {
     let sum = 0;
-    for (const [field, codes] of parts) {
-      if (codes[k] === 0) { sum = NaN; break; }
-      const value = field.low + field.step * (codes[k] - 1);
-      sum = parts.length > 1 ? sum + value * value : value;
-    }
-    values[k] = Number.isNaN(sum) ? MISSING : parts.length > 1 ? Math.sqrt(sum) : choice.whole ? Math.round(sum) : sum;
+    for (const [field, codes] of parts) sum += codes[k] === 0 ? NaN : (field.low + field.step * (codes[k] - 1)) ** 2;
+    values[k] = Number.isNaN(sum) ? MISSING : Math.sqrt(sum);
   }
   return values;
 }
@@ -127,14 +156,14 @@ async function showParticles() {
   const bar = element("div", { class: "bar" });
   const ruler = element("div", { class: "ruler" });
   const tip = element("div", { class: "tip", hidden: true });
-  box.append(bar, ruler, tip);
+  box.append(ruler, tip);
   const state = { frame: 0, playing: false, fields: choices(about.fields), map: "viridis", speed: Math.min(30, Math.max(5, about.times.length / 6)) };
 
   const slider = element("input", { type: "range", min: 0, max: about.times.length - 1, value: 0, id: "time", "aria-label": "time", oninput: (e) => go(Number(e.target.value)) });
   const play = element("button", { id: "play", onclick: () => setPlaying(!state.playing) }, "Play");
   const clock = element("output", { id: "clock" });
-  const low = element("input", { type: "text", inputmode: "decimal", size: 9, "aria-label": "lower end of the colours", onchange: () => typed() });
-  const high = element("input", { type: "text", inputmode: "decimal", size: 9, "aria-label": "upper end of the colours", onchange: () => typed() });
+  const end = (name, what) => element("input", { type: "text", inputmode: "decimal", size: 11, id: name, "aria-label": what, onchange: (e) => typed(name, e.target) });
+  const low = end("low", "lower end of the colours"), high = end("high", "upper end of the colours");
   const fieldBox = select(state.fields.map((f) => f.label), (label) => pickField(state.fields.find((f) => f.label === label)), "Colour");
   fieldBox.querySelector("select").id = "field";
   const mapBox = select(Object.keys(MAPS), (name) => { state.map = name; paint(); }, "Map");
@@ -143,13 +172,14 @@ async function showParticles() {
   const speed = element("label", {}, "Frames a second ", element("input", { type: "number", min: 1, max: 60, value: Math.round(state.speed), onchange: (e) => { state.speed = Math.max(1, Number(e.target.value) || 1); } }));
   const size = element("label", {}, "Size ", element("input", { type: "range", min: 0.2, max: 3, step: 0.05, value: 1, oninput: (e) => { viewer.radius = Number(e.target.value); } }));
 
-  section("Particles", box,
+  section("Particles", element("div", { class: "stage" }, box, bar),
     element("div", { class: "controls" }, play, slider, clock),
     element("div", { class: "controls" }, fieldBox, mapBox, element("span", {}, "from ", low, " to ", high),
       button("All frames", () => fit(state.values)), button("This frame", () => fit(here())),
       button("98 %", () => fit(state.values, 0.01), "The colours span all values but one per cent at both ends")),
     element("div", { class: "controls" }, speed, about.kind === "points" ? size : toggle("outlines", true, (on) => { viewer.outlines = on; }),
-      toggle("box", true, (on) => { viewer.boxShown = on; }), button("View all", () => viewer.home()), button("Save picture", () => save())));
+      toggle("box", true, (on) => { viewer.boxShown = on; }),
+      about.obstacles.length ? toggle("obstacles", true, (on) => { viewer.obstaclesShown = on; }) : null, button("View all", () => viewer.home()), button("Save picture", () => save())));
 
   const viewer = new Viewer(box, about, lookNow());
   redraws.push(() => { viewer.setLook(lookNow()); paintBar(); });
@@ -167,18 +197,27 @@ async function showParticles() {
     fit(values);
   }
   function fit(values, share) {
-    [state.low, state.high] = rangeOf(values, share);
+    [state.low, state.high] = rangeOf(values, share).map((v) => v + state.choice.base);
     paint();
   }
-  function typed() {
-    const ends = [Number(low.value.replace(",", ".")), Number(high.value.replace(",", "."))];
-    if (ends.every(Number.isFinite) && ends[0] < ends[1]) [state.low, state.high] = ends;
+  /** Takes a number that was typed; what is none, or on the wrong side of the other end, stays marked. */
+  function typed(name, input) {
+    const value = input.value.trim() === "" ? NaN : Number(input.value.replace(",", "."));
+    const ends = { low: state.low, high: state.high, [name]: value };
+    const isGood = Number.isFinite(value) && ends.low < ends.high;
+    input.classList.toggle("bad", !isGood);
+    if (!isGood) return;
+    state[name] = value;
     paint();
   }
+  const digits = () => digitsOf(state.low, state.high);
   function paint() {
-    low.value = readable(state.low);
-    high.value = readable(state.high);
-    viewer.colour(state.values, state.low, state.high, state.choice.whole ? null : state.map);
+    for (const [input, value] of [[low, state.low], [high, state.high]]) {
+      input.classList.remove("bad");
+      input.value = readable(value, digits() + 2);
+    }
+    const { base } = state.choice;
+    viewer.colour(state.values, state.low - base, state.high - base, state.choice.whole ? null : state.map);
     paintBar();
     showPicked();
   }
@@ -193,17 +232,17 @@ async function showParticles() {
       return;
     }
     const stops = MAPS[state.map].split(" ").map((hex) => `#${hex}`).join(", ");
-    const ticks = [1, 0.75, 0.5, 0.25, 0].map((at) => element("span", {}, readable(state.low + at * (state.high - state.low), 3)));
+    const ticks = [1, 0.75, 0.5, 0.25, 0].map((at) => element("span", {}, readable(state.low + at * (state.high - state.low), digits())));
     bar.replaceChildren(title, element("div", { class: "scale" }, element("div", { class: "ramp", style: `background:linear-gradient(to top, ${stops})` }),
       element("div", { class: "ticks" }, ...ticks)));
   }
   function go(frame) {
     state.frame = frame;
     slider.value = frame;
-    clock.textContent = `${readable(about.times[frame], 5)} s`;
+    clock.textContent = `${readable(about.times[frame], digitsOf(0, about.times.at(-1), 5))} s`;
     viewer.show(frame);
     showPicked();
-    timePlots.forEach((plot) => { plot.shownTime = about.times[frame]; plot.redraw(false, false); });
+    markTimes(about.times[frame]);
   }
   function setPlaying(is) {
     state.playing = is;
@@ -211,7 +250,8 @@ async function showParticles() {
     if (is) {
       if (state.frame === about.times.length - 1) go(0);
       state.last = performance.now();
-      requestAnimationFrame(tick);
+      cancelAnimationFrame(state.next);
+      state.next = requestAnimationFrame(tick);
     }
   }
   function tick(now) {
@@ -222,7 +262,7 @@ async function showParticles() {
       go(Math.min(state.frame + due, about.times.length - 1));
       if (state.frame === about.times.length - 1) return setPlaying(false);
     }
-    requestAnimationFrame(tick);
+    state.next = requestAnimationFrame(tick);
   }
   function drawRuler() {
     if (about.dim === 3) { ruler.hidden = true; return; }
@@ -237,13 +277,43 @@ async function showParticles() {
     if (tip.hidden) return;
     const k = state.picked, x = viewer.at(k);
     const value = state.values[state.frame * about.count + k];
-    const place = x ? ["x", "y", "z"].slice(0, about.dim).map((a) => `${a} ${readable(x[a])}`).join(", ") : "nowhere";
-    tip.textContent = `particle ${about.ids ? about.ids[k] : k}: ${place} m; ${state.choice.label} ${value > MISSING ? readable(value) : "–"} ${state.choice.unit}`;
+    const place = x ? ["x", "y", "z"].slice(0, about.dim).map((a) => `${a} ${readable(x[a], digitsOf(viewer.low[a], viewer.high[a], 5))}`).join(", ") : "nowhere";
+    const shown = value > MISSING ? readable(value + state.choice.base, digits() + 2) : "–";
+    tip.textContent = `particle ${about.ids ? about.ids[k] : k}: ${place} m; ${state.choice.label} ${shown} ${state.choice.unit}`;
   }
+  /** A picture of the view with the colour bar and the time. */
   function save() {
     viewer.draw();
-    const link = element("a", { href: viewer.canvas.toDataURL("image/png"), download: `${DATA.name}-${state.choice.name}-${state.frame}.png` });
+    const ratio = viewer.canvas.width / viewer.canvas.clientWidth, wide = 170;
+    const canvas = element("canvas", { width: viewer.canvas.width + wide * ratio, height: viewer.canvas.height });
+    const look = lookNow(), pen = canvas.getContext("2d");
+    pen.fillStyle = look.page;
+    pen.fillRect(0, 0, canvas.width, canvas.height);
+    pen.drawImage(viewer.canvas, 0, 0);
+    pen.scale(ratio, ratio);
+    pen.translate(viewer.canvas.clientWidth + 10, 24);
+    pen.fillStyle = look.text;
+    pen.font = look.font;
+    pen.fillText(bar.querySelector(".title").textContent, 0, 0, wide - 14);
+    if (state.choice.whole) {
+      bar.querySelectorAll(".kind").forEach((kind, k) => {
+        pen.fillStyle = kind.firstChild.style.backgroundColor;
+        pen.fillRect(0, 14 + 18 * k, 12, 12);
+        pen.fillStyle = look.text;
+        pen.fillText(kind.textContent, 18, 24 + 18 * k, wide - 34);
+      });
+    } else {
+      const ramp = pen.createLinearGradient(0, 194, 0, 14);
+      MAPS[state.map].split(" ").forEach((hex, k, all) => ramp.addColorStop(k / (all.length - 1), `#${hex}`));
+      pen.fillStyle = ramp;
+      pen.fillRect(0, 14, 16, 180);
+      pen.fillStyle = look.text;
+      bar.querySelectorAll(".ticks span").forEach((tick, k) => pen.fillText(tick.textContent, 22, 18 + 45 * k));
+    }
+    pen.fillText(`t = ${clock.textContent}`, 0, 224);
+    const link = element("a", { href: canvas.toDataURL("image/png"), download: `${DATA.name}-${state.choice.name}-${about.times[state.frame]}s.png` });
     link.click();
+    return canvas;
   }
   let pressed = null;
   viewer.canvas.addEventListener("pointerdown", (e) => { pressed = [e.clientX, e.clientY]; });
@@ -263,36 +333,18 @@ async function showParticles() {
   const first = ["von_mises", "velocity", "stress_xx"].map((name) => state.fields.find((f) => f.name === name)).find(Boolean);
   await pickField(first ?? state.fields[0]);
   go(about.times.length - 1);
-  return { viewer, state, go, setPlaying, pickField };
+  return { viewer, state, go, setPlaying, pickField, save };
 }
 
 // ---- curves ----
 
-const timePlots = [];
-
 function plotOverTime(time, series, label) {
-  let plot = null;
-  const [box, redraw] = drawnBox((box) => {
-    const shown = plot?.shownTime;
-    if (plot) timePlots.splice(timePlots.indexOf(plot), 1);
-    plot = timePlot(box, lookNow(), time, series, label);
-    plot.shownTime = shown;
-    timePlots.push(plot);
-  });
-  return [box, redraw];
+  return plotBox((box) => timePlot(box, lookNow(), time, series, label));
 }
 
-/** A section of curves; drawn once its box has a width. */
-function showCurves(title, tableData, groups, note) {
-  const made = section(title);
-  if (note) made.append(element("p", {}, note));
-  for (const [label, series] of groups) {
-    if (!series.length) continue;
-    const [box, redraw] = plotOverTime(tableData.columns.time, series, label);
-    made.append(box);
-    redraw();
-  }
-  return made;
+/** Plots of some curves. */
+function curvesOf(tableData, groups) {
+  return groups.filter(([, series]) => series.length).map(([label, series]) => plotOverTime(tableData.columns.time, series, label));
 }
 
 /** Columns by their unit, each group a plot. */
@@ -313,15 +365,19 @@ function showTables() {
   const { history, ...others } = DATA.tables;
   if (history?.energies) {
     const energies = history.energies.map(([label, values]) => ({ label, values }));
-    showCurves("Energy", history, [[`energy, ${history.units.kinetic_energy}`, energies]],
-      "Work is positive where it was taken from the bodies, so that the sum changes only by the error of the method. Drag over a plot to enlarge a part, double-click to see all.");
+    section("Energy", element("p", {}, "Work is positive where it was taken from the bodies, so that the sum changes only by the error of the method. Drag over a plot to enlarge a part, double-click to see all."),
+      ...curvesOf(history, [[`energy, ${history.units.kinetic_energy}`, energies]]));
     const momenta = ["momentum_x", "momentum_y", "momentum_z"].filter((name) => isMoving(history.columns[name] ?? []));
-    if (momenta.length) showCurves("Momentum", history, [[`momentum, ${history.units.momentum_x}`, momenta.map((name) => ({ label: name, values: history.columns[name] }))]]);
+    if (momenta.length) section("Momentum", ...curvesOf(history, [[`momentum, ${history.units.momentum_x}`, momenta.map((name) => ({ label: name, values: history.columns[name] }))]]));
     showAnyColumn(history);
   }
   for (const tableData of Object.values(others)) {
     const names = Object.keys(tableData.columns).filter((name) => name !== "time");
-    if (names.length && tableData.columns.time.length) showCurves(tableData.file.replace(/\.csv$/, "").replace("_", " "), tableData, groupsOf(tableData, names));
+    if (!names.length || !tableData.columns.time.length) continue;
+    const title = tableData.file.replace(/\.csv$/, "").replace("_", " ");
+    const curves = curvesOf(tableData, groupsOf(tableData, names));
+    if (title.startsWith("probe")) section(title, ...curves);
+    else main.append(element("details", { class: "card" }, element("summary", {}, title), ...curves));
   }
 }
 
@@ -330,19 +386,18 @@ function showAnyColumn(history) {
   const names = Object.keys(history.columns).filter((name) => name !== "time" && isMoving(history.columns[name]));
   if (!names.length) return;
   const made = section("Columns of history.csv");
-  let chosen = names.find((name) => name.includes("_force_")) ?? names[0];
+  const first = names.find((name) => name.includes("_force_")) ?? names[0];
   const holder = element("div");
   const show = (name) => {
-    chosen = name;
-    const [box, redraw] = plotOverTime(history.columns.time, [{ label: chosen, values: history.columns[chosen] }],
-      history.units[chosen] ? `${chosen}, ${history.units[chosen]}` : chosen);
-    holder.replaceChildren(box);
-    redraw();
+    plots.delete(holder.firstChild);
+    holder.firstChild?.plot?.destroy();
+    holder.replaceChildren(plotOverTime(history.columns.time, [{ label: name, values: history.columns[name] }],
+      history.units[name] ? `${name}, ${history.units[name]}` : name));
   };
   const box = select(names, show, "Column");
-  box.querySelector("select").value = chosen;
+  box.querySelector("select").value = first;
   made.append(box, holder);
-  show(chosen);
+  show(first);
 }
 
 // ---- ordo verify ----
@@ -362,19 +417,16 @@ function showStudies() {
     const made = section(studies[0].case, element("p", {}, parameters.join(", ")));
     const label = (study) => (studies.filter((other) => other.method === study.method).length > 1 ? `${study.method}, ppc ${study.parameters.ppc}` : study.method);
     const names = [...new Set(studies.flatMap((study) => study.rows.flatMap((row) => Object.keys(row.error))))];
-    const plots = element("div", { class: "plots" });
+    const errors = element("div", { class: "plots" });
+    const isRelative = studies[0].case.startsWith("contact-");
     for (const name of names) {
       const curves = studies.map((study) => ({ label: label(study), points: study.rows.filter((row) => row.error[name] > 0).map((row) => [row.h, row.error[name]]).sort((a, b) => a[0] - b[0]) })).filter((one) => one.points.length);
       if (!curves.length) continue;
       const best = Math.max(...studies.flatMap((study) => study.rows.map((row) => row.order?.[name] ?? 0)));
-      const [box, redraw] = drawnBox((box) => convergencePlot(box, lookNow(), curves, `error of ${name}${ERROR_UNITS[name] ?? ""}`, best > 2.6 ? [2, 3, 4] : [1, 2]));
-      plots.append(box);
-      redraws.first = redraws.first ?? [];
-      redraws.first.push(redraw);
+      const title = isRelative ? `relative error of ${name}` : `error of ${name}${ERROR_UNITS[name] ?? ""}`;
+      errors.append(plotBox((box) => convergencePlot(box, lookNow(), curves, title, best > 2.6 ? [2, 3, 4] : [1, 2])));
     }
-    made.append(plots);
-    redraws.first?.forEach((redraw) => redraw());
-    redraws.first = [];
+    made.append(errors);
     for (const study of studies) {
       const head = ["cells", "particles", "steps", ...names.flatMap((name) => [name, "order"])];
       const rows = study.rows.map((row) => [row.cells, row.particles, row.steps, ...(row.failed

@@ -10,38 +10,32 @@ function axis(look, label, options = {}) {
   return { stroke: look.text, grid: line, ticks: line, label, labelSize: label ? 24 : 0, labelGap: 2, font: look.font, labelFont: look.font, ...options };
 }
 
+/** Of a plot in a box; uPlot never ends where there is no room for a tick. */
+const widthOf = (box) => Math.max(box.clientWidth, 300);
+
 const tickText = (_, values) => values.map((v) => (v === null ? "" : readable(v, 6)));
 
-/** Lines over time: series is [{label, values}]; onmove(t) as the mouse moves, cursor(t) draws a mark at a time. */
+/** Lines over time: series is [{label, values}]. `plot.mark(t)` shows a time. */
 function timePlot(box, look, time, series, label) {
   const strokes = STROKES[look.name];
   const sum = series.findIndex((one) => one.label === "sum");
   const stroke = (k) => (k === sum ? strokes[0] : strokes[1 + (k % (strokes.length - 1))]);
+  const line = element("div", { class: "mark", hidden: true });
+  const place = (u) => {
+    const x = u.shownTime === undefined ? NaN : u.valToPos(u.shownTime, "x");
+    line.hidden = !(x >= 0 && x <= u.over.clientWidth);
+    line.style.transform = `translateX(${x}px)`;
+  };
   const plot = new library.uPlot({
-    width: box.clientWidth, height: 300, cursor: { drag: { x: true, y: false } },
+    width: widthOf(box), height: 300, cursor: { drag: { x: true, y: false } },
     scales: { x: { time: false } },
     axes: [axis(look, "time, s", { values: tickText }), axis(look, label, { size: 76, values: tickText })],
-    series: [{ label: "time", value: (_, v) => readable(v) },
-             ...series.map((one, k) => ({ label: one.label, stroke: stroke(k), width: 1.6, points: { show: false }, value: (_, v) => readable(v) }))],
-    hooks: { draw: [(u) => markTime(u, look)] },
+    series: [{ label: "time", value: (_, v) => readable(v, 6) },
+             ...series.map((one, k) => ({ label: one.label, stroke: stroke(k), width: 1.6, points: { show: one.values.length === 1 }, value: (_, v) => readable(v, 6) }))],
+    hooks: { ready: [(u) => u.over.append(line)], draw: [place] },
   }, [time, ...series.map((one) => one.values)], box);
-  new ResizeObserver(() => plot.setSize({ width: box.clientWidth, height: 300 })).observe(box);
+  plot.mark = (t) => { plot.shownTime = t; place(plot); };
   return plot;
-}
-
-/** A line at the time of the frame that is shown. */
-function markTime(u, look) {
-  if (u.shownTime === undefined) return;
-  const x = u.valToPos(u.shownTime, "x", true);
-  if (x < u.bbox.left || x > u.bbox.left + u.bbox.width) return;
-  u.ctx.save();
-  u.ctx.strokeStyle = look.mark;
-  u.ctx.lineWidth = 2;
-  u.ctx.beginPath();
-  u.ctx.moveTo(x, u.bbox.top);
-  u.ctx.lineTo(x, u.bbox.top + u.bbox.height);
-  u.ctx.stroke();
-  u.ctx.restore();
 }
 
 /** Errors over cell size, both logarithmic, with lines of some orders below: curves is [{label, points: [[h, error], ..]}]. */
@@ -58,7 +52,7 @@ function convergencePlot(box, look, curves, label, orders) {
   const powers = (_, values) => values.map((v) => (isPower(v) ? readable(v) : ""));
   const lines = { stroke: look.grid, width: 1, filter: (_, values) => values.map((v) => (isPower(v) ? v : null)) };
   const plot = new library.uPlot({
-    width: box.clientWidth, height: 340,
+    width: widthOf(box), height: 340,
     scales: { x: { time: false, distr: 3, range: () => [sizes[0] / 1.15, top * 1.15] },
               y: { distr: 3, range: () => [decade(Math.min(...all), Math.floor), decade(Math.max(...all), Math.ceil)] } },
     axes: [axis(look, "cell size h, m", { splits: () => sizes, values: (_, values) => values.map((v) => readable(v, 3)), filter: (_, values) => values }),
@@ -68,6 +62,5 @@ function convergencePlot(box, look, curves, label, orders) {
                                           points: { show: true, size: 7 }, value: (_, v) => readable(v) })),
              ...guides.map((one) => ({ label: one.label, stroke: look.faint, dash: [5, 5], width: 1, points: { show: false }, value: (_, v) => readable(v) }))],
   }, [sizes, ...rows, ...guides.map((one) => one.values)], box);
-  new ResizeObserver(() => plot.setSize({ width: box.clientWidth, height: 340 })).observe(box);
   return plot;
 }

@@ -23,7 +23,7 @@ const FRAGMENT = `
 
   vec3 mapped() {
     if (shown < -1e38) return noValue;
-    if (kinds > 0.0) return texture2D(map, vec2((mod(shown, kinds) + 0.5)/kinds, 0.5)).rgb;
+    if (kinds > 0.0) return texture2D(map, vec2((mod(floor(shown + 0.5), kinds) + 0.5)/kinds, 0.5)).rgb;
     float at = clamp((shown - low)/(high - low), 0.0, 1.0);
     return texture2D(map, vec2((at*255.0 + 0.5)/256.0, 0.5)).rgb;
   }
@@ -99,7 +99,7 @@ function vertexShader(kind, corners) {
     vec4 at = modelViewMatrix*vec4(origin + stride*(place - 1.0) + side*(${offset}), 1.0);
     ${kind === "points" ? "at.xy += radius*uv2;" : ""}
     eye = at.xyz;
-    gl_Position = place.x < 0.5 ? vec4(2.0, 2.0, 2.0, 1.0) : projectionMatrix*at;  // 0: nowhere
+    gl_Position = min(place.x, min(place.y, place.z)) < 0.5 ? vec4(2.0, 2.0, 2.0, 1.0) : projectionMatrix*at;  // 0: nowhere
   }`;
 }
 
@@ -227,7 +227,7 @@ class Viewer {
     this.scene.add(mesh);
   }
 
-  /** Colours by values of all frames; map: a name of MAPS, or null for whole numbers. */
+  /** Colours by values of all frames, and a range of them; map: a name of MAPS, or null for whole numbers. */
   colour(values, low, high, map) {
     this.values = values;
     const uniforms = this.material.uniforms;
@@ -253,7 +253,7 @@ class Viewer {
       planes.forEach((plane, d) => { for (let k = 0; k < count; ++k) attribute.array[3 * k + d] = plane[from + k]; });
       attribute.needsUpdate = true;
     };
-    if (this.dim === 1) this.geometry.attributes.place.array.fill(1);
+    if (this.dim < 3) this.geometry.attributes.place.array.fill(1);
     copy("place", this.places);
     this.offsets.forEach((planes, c) => copy(`offset${c}`, planes));
     for (const { mesh, places, turns } of this.obstacles) {
@@ -280,6 +280,11 @@ class Viewer {
 
   set boxShown(is) {
     this.outline.visible = is;
+    this.invalidate();
+  }
+
+  set obstaclesShown(are) {
+    this.obstacles.forEach(({ mesh }) => { mesh.visible = are; });
     this.invalidate();
   }
 
@@ -316,7 +321,7 @@ class Viewer {
       end[axis] = this.high[axis];
       const [x, y] = this.pixel(end);
       label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
-      label.textContent = `${axis} ${readable(this.high[axis], 3)} m`;
+      label.textContent = `${axis} ${readable(this.high[axis], digitsOf(this.low[axis], this.high[axis]))} m`;
       label.hidden = !this.outline.visible;
     });
   }
@@ -369,7 +374,7 @@ class Viewer {
   /** Place of particle k in this frame, m. */
   at(k) {
     const code = this.places.map((plane) => plane[this.frame * this.about.count + k]);
-    if (!code[0]) return null;
+    if (code.includes(0)) return null;
     return new Vector3(...["x", "y", "z"].map((_, d) => (d < this.dim ? this.about.low[d] + this.about.step[d] * (code[d] - 1) : 0)));
   }
 
