@@ -20,5 +20,5 @@ In results/two-disks:
   particles.pvd, particles_*.vtu   open particles.pvd in ParaView, press Apply, colour by velocity, press play
   history.csv                      time, mass, momentum and energies, a row a step
   case.toml                        the case with every default
-Next: build/release/ordo list, build/release/ordo run cases/NAME/case.toml, docs/input.md
+Next: docs/tutorials/first-case.md; build/release/ordo list; build/release/ordo run cases/NAME/case.toml
 TEXT

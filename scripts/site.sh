@@ -5,11 +5,11 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 source scripts/packages.sh
 
-! command -v apt-get >/dev/null || install_packages "${ordo_site_packages[@]}"
 if [ ! -e build/release/python/ordo ]; then
   echo "scripts/site.sh: the Python module is not in build/release/python; build it with scripts/quickstart.sh" >&2
   exit 2
 fi
+! command -v apt-get >/dev/null || install_packages "${ordo_site_packages[@]}"
 
 ORDO_SITE_CPP=1 PYTHONPATH=build/release/python PYTHONDONTWRITEBYTECODE=1 mkdocs build --strict
 mkdir -p build/site/cpp

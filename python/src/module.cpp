@@ -112,7 +112,10 @@ PYBIND11_MODULE(_core, module)
         try {
             if (p) std::rethrow_exception(p);
         } catch (const InputError& e) {
-            PyErr_SetString(input, e.what());
+            std::string text = e.what();
+            if (text.find(".model: must be one of") != std::string::npos)
+                text += "; a law of Python must be made first, by ordo.material: import the module that has it";
+            PyErr_SetString(input, text.c_str());
         } catch (const NumericalError& e) {
             PyErr_SetString(numerical, e.what());
         } catch (const OutputError& e) {

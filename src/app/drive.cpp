@@ -99,7 +99,7 @@ void require_law(const std::string& name)
     if (find_law(name)) return;
     std::vector<std::string> names;
     for (const LawRow& row : laws()) names.emplace_back(row.name);
-    throw InputError(fmt::format("{}: there is no such law. {} See ordo list materials.", name, io::suggestion(name, names)));
+    throw InputError(fmt::format("{}: there is no such law (ordo list materials). {}", name, io::suggestion(name, names)));
 }
 
 int drive(const DriveOptions& options)

@@ -162,7 +162,7 @@ void require_known_command(const CLI::App& cli, const std::string& given)
     std::vector<std::string> commands;
     for (const CLI::App* command : cli.get_subcommands({})) commands.push_back(command->get_name());
     if (std::find(commands.begin(), commands.end(), given) == commands.end())
-        throw InputError(given + ": there is no such command. " + io::suggestion(given, commands) + " See ordo --help.");
+        throw InputError(given + ": there is no such command (ordo --help). " + io::suggestion(given, commands));
 }
 
 /// Runs the command that the line names; returns the exit code.

@@ -18,6 +18,7 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <filesystem>
 #include <optional>
 #include <string_view>
 
@@ -86,6 +87,15 @@ std::string in_shell(const std::string& name)
     return quoted + "'";
 }
 
+/// What a shell needs before python3 where the Python module lies beside the program, as in a build tree: it is not installed.
+std::string module_beside()
+{
+    std::error_code none;
+    const auto module = std::filesystem::read_symlink("/proc/self/exe", none).parent_path() / "python";
+    if (!std::filesystem::exists(module / "ordo" / "__init__.py", none)) return "";
+    return "PYTHONPATH=" + in_shell(std::filesystem::proximate(module, none).string()) + " ";
+}
+
 /// The messages at the end of a run.
 template <int D>
 class Summary : public Observer<D> {
@@ -98,9 +108,9 @@ class Summary : public Observer<D> {
         for (int k = 0; k < WatchSpec::count; ++k)
             if (const long n = sim.watch()->found()[k]; n > 1) io::say("ordo: warning: {} in {} steps\n", WatchSpec::names[k], n);
         if (quiet_) return;
-        const std::string directory = writer_.directory().string();
-        io::say("wrote {} frames and history.csv to {}\nto look at it: python3 -m ordo.report {}\n", writer_.frame_count(),
-                directory, in_shell(directory));
+        const std::string directory = writer_.directory().string(), module = module_beside();
+        io::say("wrote {} frames and history.csv to {}\nto look at it: {}python3 -m ordo.report {}\n", writer_.frame_count(),
+                directory, module, in_shell(directory));
     }
 
   private:

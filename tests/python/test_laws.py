@@ -319,6 +319,10 @@ class Errors(unittest.TestCase):
             with self.assertRaisesRegex(ordo.InputError, text):
                 ordo.Case.from_dict(block(material=[{**good, **change}]))
 
+    def test_an_unknown_law_may_be_one_of_python(self):
+        with self.assertRaisesRegex(ordo.InputError, "model: must be one of .*; a law of Python must be made first, by ordo.material"):
+            ordo.Case.from_dict(block(material=[{"name": "rubber", "model": "zener", "density": 1000.0}]))
+
     def test_a_later_law_takes_the_name(self):
         def make(pressure):
             @ordo.material("again", state={"a": 0.0} if pressure else {"b": 0.0, "c": 0.0}, wave_speed=lambda par: 12.0)

@@ -446,19 +446,26 @@ async function showAll() {
   setLook(lookName);
   const notes = DATA.notes.length ? element("p", { class: "notes" }, DATA.notes.join(" ")) : null;
   document.getElementById("title").textContent = DATA.case?.title || DATA.name;
-  let shown = null;
+  let shown = null, broken = null;
   if (notes) main.append(notes);
-  if (DATA.particles) shown = await showParticles();
+  if (DATA.particles) {
+    try {
+      shown = await showParticles();
+    } catch (error) {
+      main.append(element("p", { class: "bad" }, `The particles cannot be shown: ${error.message}. They need a browser with WebGL 2.`));
+      broken = error;
+    }
+  }
   if (DATA.case) {
     showTables();
     showCase();
   }
   if (DATA.studies) showStudies();
   document.getElementById("licences-shown").textContent = document.getElementById("licences").textContent;
-  if (shown) shown.go(shown.state.frame);
+  if (broken) throw broken;
   return shown;
 }
 
 /** Resolves when everything is drawn; with particles, to their controls. */
 window.report = showAll();
-window.report.catch((error) => { main.prepend(element("p", { class: "bad" }, `This page cannot be shown: ${error.message}`)); });
+window.report.catch((error) => { main.prepend(element("p", { class: "bad" }, `Not all of this page can be shown: ${error.message}`)); });
