@@ -11,7 +11,7 @@ if [ ! -e build/release/python/ordo ]; then
 fi
 ! command -v apt-get >/dev/null || install_packages "${ordo_site_packages[@]}"
 
-ORDO_SITE_CPP=1 PYTHONPATH=build/release/python PYTHONDONTWRITEBYTECODE=1 mkdocs build --strict
+ORDO_SITE_CPP=1 PYTHONPATH=build/release/python PYTHONDONTWRITEBYTECODE=1 mkdocs build --strict --quiet
 mkdir -p build/site/cpp
 (cat docs/site/Doxyfile; echo "OUTPUT_DIRECTORY = build/site/cpp") | doxygen - 2>build/doxygen.log
 /usr/bin/python3 docs/site/check_links.py build/site
