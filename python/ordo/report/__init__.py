@@ -12,7 +12,6 @@ import json
 import math
 import os
 import re
-import tempfile
 from importlib import resources
 from pathlib import Path
 
@@ -195,22 +194,16 @@ def finite(values):
 
 def save(text, output):
     """Written whole or not at all."""
+    target = output.resolve()
+    part = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
-        target = output.resolve()
-        with tempfile.NamedTemporaryFile("w", encoding="utf-8", dir=target.parent, prefix=f".{target.name}.", delete=False) as part:
+        with open(part, "x", encoding="utf-8") as stream:
             try:
-                part.write(text)
-                part.close()
-                os.chmod(part.name, 0o666 & ~umask())
-                os.replace(part.name, target)
+                stream.write(text)
+                stream.close()
+                os.replace(part, target)
             except BaseException:
-                os.unlink(part.name)
+                part.unlink()
                 raise
     except OSError as e:
         raise OutputError(f"{output}: cannot be written ({e.strerror})") from None
-
-
-def umask():
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

@@ -17,7 +17,6 @@ ENERGIES = {"kinetic_energy": "kinetic", "strain_energy": "strain", "potential_e
             "traction_work": "taken by tractions", "body_force_work": "taken by body forces", "dissipated_energy": "dissipated",
             "damped_energy": "damped", "artificial_viscosity_work": "artificial viscosity", "stage_energy": "left between stages"}
 CONTACT_ENERGIES = {"_friction_work": "taken by friction", "_dissipation": "lost in impacts", "_work": "taken by obstacles"}
-SCHEME_ENERGIES = ["stress_update_energy", "projection_energy", "filter_energy", "half_step_energy"]
 
 
 def case_of(directory):
