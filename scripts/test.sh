@@ -32,7 +32,7 @@ cmake --build --preset checked
 took checked build
 
 mapfile -t headers < <(changed_files 'src/*.hpp')
-mapfile -t sources < <(changed_files 'src/*.cpp')
+mapfile -t sources < <(changed_files 'src/*.cpp' 'python/src/*.cpp')
 step "headers and clang-tidy of ${#headers[@]} and ${#sources[@]} changed files"
 [ ${#headers[@]} -eq 0 ] || scripts/check_headers.sh build/checked "${headers[@]}"
 if [ ${#sources[@]} -gt $tidy_at_most ]; then

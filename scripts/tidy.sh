@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Runs clang-tidy on the given sources of a configured build, or on all of src; any warning fails.
+# Runs clang-tidy on the given sources of a configured build, or on all of src and of the Python module; any warning fails.
 #   scripts/tidy.sh BUILD [FILE...]
 set -euo pipefail
 cd "$(dirname "$0")/.."
 build=$1
 shift
 files=("$@")
-[ ${#files[@]} -gt 0 ] || files=(src/*/*.cpp)
+[ ${#files[@]} -gt 0 ] || files=(src/*/*.cpp python/src/*.cpp)
 
 commands=$(mktemp -d)
 trap 'rm -r "$commands"' EXIT

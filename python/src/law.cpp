@@ -54,10 +54,12 @@ class PythonLaw final : public OutsideLaw {
             columns.push_back(numbers_of(name_, "state \"" + name + "\"", state[name.c_str()], {n}));
             values.push_back(columns.back().data());
         }
-        for (const auto& [key, value] : state)
+        for (const auto& column : state) {
+            const py::handle key = column.first;
             if (std::none_of(history().begin(), history().end(), [&](const auto& c) { return py::str(c.first).equal(key); }))
                 throw InputError(name_ + ": state " + std::string(py::repr(key)) +
                                  " was not declared; give it to ordo.material(state = ..)");
+        }
         particles.set(cauchy.data(), values);
     }
 
