@@ -216,7 +216,8 @@ def driver():
                 "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-quic", "--disable-dev-shm-usage"):
         options.add_argument(one)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    return webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+    without = {name: value for name, value in os.environ.items() if name != "LD_PRELOAD"}  # an instrumented module's sanitizer
+    return webdriver.Chrome(service=Service("/usr/bin/chromedriver", env=without), options=options)
 
 
 class Page(unittest.TestCase):
