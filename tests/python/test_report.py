@@ -233,6 +233,7 @@ class Page(unittest.TestCase):
     def open(self, page):
         self.browser.get(page.resolve().as_uri())
         self.assertEqual(self.asks("return await window.report.then(() => 'shown')"), "shown")
+        self.asks("document.querySelectorAll('.plot').forEach((box) => box.make()); return 0")  # they wait until they are in sight
 
     def asks(self, body):
         """What an asynchronous function in the page returns; `r` is the report."""
@@ -362,7 +363,6 @@ class Page(unittest.TestCase):
         folder = run(self.dir, "looks", output={"interval": 0.01})
         self.open(write(folder))
         colours = []
-        self.asks("document.querySelector('.plot').make(); return 0")  # plots are drawn anew
         for _ in range(2):
             self.browser.execute_script("document.getElementById('look').click()")
             colours.append(self.browser.execute_script("return [getComputedStyle(document.body).backgroundColor, document.documentElement.dataset.look]"))
