@@ -1,6 +1,7 @@
 // The commands of `ordo`, one function each; main.cpp parses the line and turns exceptions into exit codes.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
@@ -48,6 +49,9 @@ struct VerifyOptions {
 
 /// Runs verification cases and judges them by their bars; returns 1 if a bar is missed.
 int verify(const VerifyOptions& options);
+
+/// Where this program lies, with links followed; what belongs to it is found from there. Empty if that is not known.
+std::filesystem::path folder_of_program();
 
 /// The two sides of `--set key=value`. Throws InputError.
 std::pair<std::string, std::string> parse_setting(const std::string& text);

@@ -7,6 +7,12 @@
 
 namespace ordo::app {
 
+std::filesystem::path folder_of_program()
+{
+    std::error_code none;
+    return std::filesystem::read_symlink("/proc/self/exe", none).parent_path();
+}
+
 std::pair<std::string, std::string> parse_setting(const std::string& text)
 {
     const std::size_t at = text.find('=');

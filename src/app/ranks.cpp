@@ -1,5 +1,6 @@
 #include "app/ranks.hpp"
 
+#include "app/commands.hpp"
 #include "base/agree.hpp"
 #include "base/error.hpp"
 #include "base/parallel.hpp"
@@ -59,7 +60,7 @@ std::string started() { return fmt::format("started as one of {} processes ({})"
 StartRanks* starter()
 {
     std::error_code none;
-    const std::filesystem::path beside = std::filesystem::read_symlink("/proc/self/exe", none).parent_path();
+    const std::filesystem::path beside = folder_of_program();
     std::string reason;
     for (const std::filesystem::path& folder : {beside, beside / ".." / "lib" / "ordo"}) {
         if (!std::filesystem::exists(folder / kLibrary, none)) continue;

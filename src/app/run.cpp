@@ -91,7 +91,7 @@ std::string in_shell(const std::string& name)
 std::string module_beside()
 {
     std::error_code none;
-    const auto module = std::filesystem::read_symlink("/proc/self/exe", none).parent_path() / "python";
+    const auto module = folder_of_program() / "python";
     if (!std::filesystem::exists(module / "ordo" / "__init__.py", none)) return "";
     return "PYTHONPATH=" + in_shell(std::filesystem::proximate(module, none).string()) + " ";
 }

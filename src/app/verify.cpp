@@ -100,8 +100,7 @@ class Figures {
     /// Throws InputError if plots cannot be made, before any run.
     explicit Figures(const std::filesystem::path& directory) : directory_(directory)
     {
-        std::error_code failure;
-        const auto here = std::filesystem::read_symlink("/proc/self/exe", failure).parent_path();
+        const auto here = folder_of_program();
         for (const char* place : {"../../python", "../share/ordo"})
             if (std::filesystem::exists(here / place / "ordo_figures.py")) script_ = here / place / "ordo_figures.py";
         if (script_.empty()) refuse("ordo_figures.py is neither in the source tree nor in share/ordo");

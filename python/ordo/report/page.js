@@ -10,7 +10,7 @@ const redraws = [];  // what must be made again in other colours
 function lookNow() {
   const style = getComputedStyle(document.documentElement);
   const of = (name) => style.getPropertyValue(name).trim();
-  return { name: lookName, text: of("--text"), grid: of("--grid"), faint: of("--faint"), mark: of("--mark"), line: of("--line"), page: of("--page"), font: "12px system-ui, sans-serif", up: upward() };
+  return { name: lookName, text: of("--text"), grid: of("--grid"), faint: of("--faint"), line: of("--line"), page: of("--page"), font: "12px system-ui, sans-serif", up: upward() };
 }
 
 /** Against gravity, else z. */

@@ -124,7 +124,6 @@ class Viewer {
     this.box = box;
     this.dim = about.dim;
     this.frame = 0;
-    this.drawn = 0;
     this.look = look;
     [this.low, this.high] = bounds(about);
     this.centre = this.low.clone().add(this.high).multiplyScalar(0.5);
@@ -181,8 +180,7 @@ class Viewer {
   }
 
   makeShape() {
-    const { about } = this;
-    const kind = about.kind;
+    const { about } = this, { kind } = about;
     const geometry = new InstancedBufferGeometry();
     const flat = this.dim < 3 || kind === "points";
     const signs = flat ? SQUARE.map((s) => [...s, 0]) : about.corners;
@@ -304,7 +302,6 @@ class Viewer {
   draw() {
     this.renderer.render(this.scene, this.camera);
     this.placeLabels();
-    ++this.drawn;
     this.ondraw?.();
   }
 
