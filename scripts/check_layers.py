@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Checks that src/ keeps its layers: base < {grid, particles, material, solve} < shape < kernels < method < spline < setup <
+"""Checks that src/ keeps its layers: base < {grid, particles, material, solve} < shape < kernels < method < {spline, implicit} < setup <
 sim < io < verification < app; ranks stands beside them on base.
 
-A file includes its own layer and those below it; grid, particles, material and solve do not include each other. Below io no
-header includes fmt, CLI11, toml++, muParser, nlohmann-json or Eigen; sources of method, spline and setup may use fmt.
+A file includes its own layer and those below it; grid, particles, material and solve do not include each other, nor do spline and implicit. Below io no
+header includes fmt, CLI11, toml++, muParser, nlohmann-json or Eigen; sources of method, spline, implicit and setup may use fmt, those of solve Eigen.
 Only base/parallel.hpp knows OpenMP; a header starts with a comment and has #pragma once. One line a fault on
 stdout, exit 1 if there is any.
 """
@@ -19,7 +19,8 @@ BELOW["shape"] = {"base", "grid", "particles", "material", "solve"}
 BELOW["kernels"] = BELOW["shape"] | {"shape"}
 BELOW["method"] = BELOW["kernels"] | {"kernels"}
 BELOW["spline"] = BELOW["method"] | {"method"}
-BELOW["setup"] = BELOW["spline"] | {"spline"}
+BELOW["implicit"] = BELOW["spline"]
+BELOW["setup"] = BELOW["spline"] | {"spline", "implicit"}
 BELOW["sim"] = BELOW["setup"] | {"setup"}
 BELOW["io"] = BELOW["sim"] | {"sim"}
 BELOW["verification"] = BELOW["io"] | {"io"}
@@ -30,7 +31,7 @@ GENERATED = {"ordo_version.hpp": {"io", "verification", "app"}}
 LIBRARIES = {"fmt": r"fmt/", "CLI11": r"CLI/", "toml++": r"toml\+\+/|toml\.hpp", "muParser": r"muParser", "nlohmann-json": r"nlohmann/",
              "Eigen": r"Eigen/", "Gmsh": r"gmshc?\.h"}
 OF_RANKS = re.compile(r"mpi\.h|petsc")
-OF_SOURCES = {"method": {"fmt"}, "spline": {"fmt"}, "setup": {"fmt"}}  # what sources of a layer below io may include, headers not
+OF_SOURCES = {"solve": {"Eigen"}, "method": {"fmt"}, "spline": {"fmt"}, "implicit": {"fmt"}, "setup": {"fmt"}}  # what sources of a layer below io may include, headers not
 INCLUDE = re.compile(r'\s*#\s*include\s*([<"])([^>"]+)[>"]')
 OPENMP = re.compile(r"\bomp_\w|#\s*pragma\s+omp|<omp\.h>")
 

@@ -1,4 +1,4 @@
-// The recursion of Cox and de Boor, from the distances between a place and the knots around it.
+// The recursion of Cox and de Boor, from the distances between a place and the knots around it, and that of the coefficients of derivatives.
 #pragma once
 
 #include "base/config.hpp"
@@ -24,6 +24,21 @@ ORDO_FLAT inline void cox_de_boor(const double (&left)[P + 1], const double (&ri
         w[j]  = value;
         dw[j] = j * slope;
     }
+}
+
+/// The derivative of order P in `span` of the functions from number `span` on, per cell^P. axis.knot(k) is knot k, in cells.
+template <int P, class Axis>
+void highest_derivative(const Axis& axis, int span, double (&of)[P + 1])
+{
+    double d[P + 1][P + 1] = {};  // row j: coefficient j of the current derivative, in terms of the splines' coefficients
+    for (int j = 0; j <= P; ++j) d[j][j] = 1.0;
+    for (int r = 1; r <= P; ++r)
+        for (int j = P; j >= r; --j) {
+            const int i         = span + j;
+            const double factor = (P - r + 1) / (axis.knot(i - r + 1) - axis.knot(i - P));
+            for (int k = 0; k <= P; ++k) d[j][k] = factor * (d[j][k] - d[j - 1][k]);
+        }
+    for (int k = 0; k <= P; ++k) of[k] = d[P][k];
 }
 
 }  // namespace ordo

@@ -217,6 +217,12 @@ void for_each_number(State<D>& s, F&& f)
     f("nodal_work_constraints", s.account.nodes.constraints);
     f("stage_energy", s.account.staged);
     f("residual", s.residual);
+    if (s.newton.is_wanted) {
+        f("newton_iterations", s.newton.iterations);
+        f("linear_iterations", s.newton.linear_iterations);
+        f("step_halvings", s.newton.halvings);
+        f("newton_residual", s.newton.residual);
+    }
     for (std::size_t k = 0; k < s.account.boundaries.size(); ++k)
         f(fmt::format("boundary_work_{}", k).c_str(), s.account.boundaries[k].work);
     for (std::size_t k = 0; k < s.account.tractions.size(); ++k)

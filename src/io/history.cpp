@@ -30,6 +30,8 @@ History<D>::History(const CaseInput& input, const Model<D>& model)
                      "artificial_viscosity_work", "damped_energy", "nodal_kinetic_energy", "unresolved_kinetic_energy",
                      "stress_update_energy", "projection_energy", "filter_energy", "half_step_energy"});
     if (has_stages_) columns_.insert(columns_.end(), {"stage", "stage_energy"});
+    if (is_implicit(model.method))
+        columns_.insert(columns_.end(), {"newton_iterations", "linear_iterations", "step_halvings", "newton_residual"});
     for (const Exchanging& one : exchanging_) {
         add_vector(one.name + "_force");
         columns_.push_back(one.name + "_work");
@@ -64,6 +66,7 @@ std::vector<double> History<D>::row(const State<D>& s) const
          a.body_force_work, e.artificial, a.damped, a.nodal_kinetic, e.kinetic_energy - a.nodal_kinetic, scheme.stress_update,
          scheme.projection, scheme.filter, scheme.half_step});
     if (has_stages_) add({static_cast<double>(s.stage), a.staged});
+    if (s.newton.is_wanted) add({s.newton.iterations, s.newton.linear_iterations, s.newton.halvings, s.newton.residual});
     for (const Exchanging& one : exchanging_) {
         const Exchange& x = (one.is_traction ? a.tractions : a.boundaries)[static_cast<std::size_t>(one.number)];
         add_vector(x.force);

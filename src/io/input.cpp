@@ -90,8 +90,8 @@ const Section<TimeInput>& time_section()
             {&TimeInput::cfl, {.name = "cfl",
                 .what = "time step as a fraction of h/(c + |v|), with the P-wave speed c, times the Courant number that basis "
                         "and mass matrix allow (1 for hats with lumped mass); at most the stability limit of the method "
-                        "(docs/design.md); evaluated each step",
-                .default_text = "0.4 without dt", .min = 0, .max = 1, .open_min = true}}}};
+                        "(docs/design.md), which implicit schemes do not have; evaluated each step",
+                .default_text = "0.4 without dt", .min = 0, .max = 1e6, .open_min = true}}}};
     return s;
 }
 
@@ -827,6 +827,7 @@ MethodSpec resolve_method(MethodInput& in)
         name = name_of(spec.*axis);
     });
     if (updates_stress_last(spec)) spec.strain_velocity = strain_velocity_of(spec);
+    if (is_implicit(spec) && spec.ghost_penalty < 0) spec.ghost_penalty = ghost_penalty_of(spec);
     for (const Setting& s : settings()) {
         if (!in.has(std::string(s.name)) && spec.*s.value < s.min) continue;  // the method has none
         double& number = in.numbers.try_emplace(std::string(s.name), spec.*s.value).first->second;

@@ -100,8 +100,8 @@ struct CamClay {
             const T norm = sqrt(square(e.dev)), q = T(std::sqrt(6.0) * elastic.shear) * norm, p = elastic.pressure(e.theta);
             RadialReturn<T> r{q * q * T(1 / (slope * slope)) + p * (p - h[kPc]), T(1.0), T(0.0)};
             for (int k = 0; k < lanes_of(q) && any_positive(r.plastic); ++k) {
-                if (!(lane(r.plastic, k) > 0)) continue;
-                const Return one = returned(lane(q, k), lane(e.theta, k), lane(h[kPc], k));
+                if (!(primal(lane(r.plastic, k)) > 0)) continue;
+                const Return<Lane<T>> one = returned(lane(q, k), lane(e.theta, k), lane(h[kPc], k));
                 if (!one.is_solved) set_lane(fault, k, 1.0);
                 set_lane(r.ratio, k, one.ratio);
                 set_lane(r.d_theta, k, one.volume);
@@ -120,14 +120,17 @@ struct CamClay {
     }
 
   private:
+    template <class S>
     struct Return {
-        double ratio, volume, pc;  ///< of dev eps; plastic volume strain; Pa
+        S ratio, volume, pc;  ///< of dev eps; plastic volume strain; Pa
         bool is_solved;
+        S multiplier{};
     };
-    /// The yield function of a step, as a function of its plastic multiplier.
+    /// The yield function of a step, as a function of its plastic multiplier. S is double or Dual<double>.
+    template <class S>
     struct Residual {
         const CamClay& law;
-        double q, theta, pc;  ///< trial q and theta, pc before the step
+        S q, theta, pc;  ///< trial q and theta, pc before the step
 
         template <class T>
         T size(const T& x) const
@@ -164,15 +167,20 @@ struct CamClay {
             const double p = law.elastic.pressure(theta - x) / pc;
             return 4e-16 * (p * p + p);
         }
+        /// f/pc^2.
+        template <class T>
+        T yield(const T& x, const T& multiplier) const
+        {
+            const T p = law.elastic.pressure(T(theta) - x), now = T(q / law.slope) * ratio(multiplier);
+            return (now * now + p * (p - size(x))) / T(pc * pc);
+        }
         /// f/pc^2 with its derivative: one more step of Newton's method, in dual numbers, gives that of the volume strain.
         Dual<> operator()(double multiplier, double& x) const
         {
             x = volume(multiplier);
             const Dual<> m(multiplier, 1.0);
             const double slope_x = volume_residual(Dual<>(x, 1.0), Dual<>(multiplier)).slope;
-            const Dual<> moved   = Dual<>(x) - volume_residual(Dual<>(x), m) / Dual<>(slope_x);
-            const Dual<> p = law.elastic.pressure(Dual<>(theta) - moved), now = Dual<>(q / law.slope) * ratio(m);
-            return (now * now + p * (p - size(moved))) / Dual<>(pc * pc);
+            return yield(Dual<>(x) - volume_residual(Dual<>(x), m) / Dual<>(slope_x), m);
         }
     };
     static constexpr int kMost = 200;
@@ -185,20 +193,35 @@ struct CamClay {
         return has_both ? (low + high) / 2 : std::isfinite(low) ? 2 * now + 1e-12 : 2 * now - 1e-12;
     }
     /// The first root in Lambda from zero, where f is positive; f is negative for a large Lambda.
-    ORDO_CALL Return returned(double q, double theta, double pc) const
+    ORDO_CALL Return<double> returned(double q, double theta, double pc) const
     {
-        const Residual residual{*this, q, theta, pc};
+        const Residual<double> residual{*this, q, theta, pc};
         double multiplier = 0, low = 0, high = LawParameter::none, x = 0;
         for (int k = 0; k < kMost; ++k) {
             const Dual<> f       = residual(multiplier, x);
             const double step    = -f.value / f.slope;
             const bool is_closed = high < LawParameter::none && !(high - low > 1e-15 * high);
             if (std::fabs(f.value) <= residual.rounding(x) || is_closed || (k > 0 && std::fabs(step) <= 1e-15 * multiplier))
-                return {residual.ratio(multiplier), x, residual.size(x), std::isfinite(f.value)};
+                return {residual.ratio(multiplier), x, residual.size(x), std::isfinite(f.value), multiplier};
             (f.value > 0 ? low : high) = multiplier;
             multiplier                 = inside(multiplier + step, multiplier, low, high);
         }
         return {residual.ratio(multiplier), x, residual.size(x), false};
+    }
+    /// The same with slopes: those of the plastic volume strain, first at a constant Lambda, and of Lambda keep both residuals.
+    ORDO_CALL Return<Dual<>> returned(const Dual<>& q, const Dual<>& theta, const Dual<>& pc) const
+    {
+        const Return<double> at = returned(q.value, theta.value, pc.value);
+        const Residual<double> plain{*this, q.value, theta.value, pc.value};
+        const Residual<Dual<>> moving{*this, q, theta, pc};
+        double x            = 0;
+        const double by_m   = plain(at.multiplier, x).slope;
+        const double by_x   = plain.volume_residual(Dual<>(x, 1.0), Dual<>(at.multiplier)).slope;
+        auto strain         = [&](const Dual<>& m) { return as_root(x, moving.volume_residual(Dual<>(x), m), by_x); };
+        const Dual<> fixed  = at.multiplier;
+        const Dual<> m      = as_root(at.multiplier, moving.yield(strain(fixed), fixed), by_m);
+        const Dual<> volume = strain(m);
+        return {moving.ratio(m), volume, moving.size(volume), at.is_solved, m};
     }
 };
 static_assert(Inelastic<CamClay> && ChangesStiffness<CamClay>);

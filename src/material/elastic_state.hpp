@@ -119,12 +119,31 @@ ORDO_FLAT inline Stress<D, T> step_principally(const Step<D, T>& step, const Hen
     return cauchy_of(compose(tau, s.axes), step.F);
 }
 
-/// Particles of a scalar, and the number of one of them: for maps with branches, which take one particle after another.
+/// Particles of a scalar, and the number of one of them, double or Dual<double>: for maps with branches, which take one particle
+/// after another.
 ORDO_FLAT inline int lanes_of(double) { return 1; }
 ORDO_FLAT inline int lanes_of(const Lanes&) { return 8; }
 ORDO_FLAT inline double lane(double a, int) { return a; }
 ORDO_FLAT inline double lane(const Lanes& a, int k) { return a[k]; }
 ORDO_FLAT inline void set_lane(double& a, int, double value) { a = value; }
 ORDO_FLAT inline void set_lane(Lanes& a, int k, double value) { a[k] = value; }
+template <class T>
+ORDO_FLAT inline int lanes_of(const Dual<T>& a)
+{
+    return lanes_of(a.value);
+}
+template <class T>
+ORDO_FLAT inline Dual<> lane(const Dual<T>& a, int k)
+{
+    return {lane(a.value, k), lane(a.slope, k)};
+}
+template <class T>
+ORDO_FLAT inline void set_lane(Dual<T>& a, int k, const Dual<>& value)
+{
+    set_lane(a.value, k, value.value);
+    set_lane(a.slope, k, value.slope);
+}
+template <class T>
+using Lane = decltype(lane(T(0.0), 0));
 
 }  // namespace ordo

@@ -1,7 +1,8 @@
 // Symmetric tensors in principal axes: logarithms, exponentials and products of the elastic left Cauchy-Green tensor b_e, for
-// laws that carry it. Templates on the scalar, double or Lanes; no lane depends on its neighbours.
+// laws that carry it. Templates on the scalar, double or Lanes, or Dual of these; no lane depends on its neighbours.
 #pragma once
 
+#include "base/dual.hpp"
 #include "base/lane_math.hpp"
 #include "base/stress.hpp"
 
@@ -118,6 +119,25 @@ ORDO_FLAT inline void rotate_jacobi(Mat<D, T>& m, Mat<D, T>& axes, int p, int q)
     }
 }
 
+/// Turns the axes of those pairs whose `near` is positive until m has no component that mixes them.
+template <int D, class T>
+ORDO_FLAT inline void turn_equal(const T (&near)[3][3], Mat<D, T>& m, Mat<D, T>& axes)
+{
+    constexpr int sweeps = D == 3 ? 6 : 1;
+    for (int k = 0; k < sweeps; ++k)
+        for (int p = 0; p < D; ++p)
+            for (int q = p + 1; q < D; ++q) {
+                if (!any_positive(near[p][q])) continue;
+                Mat<D, T> n = m, turned = axes;
+                rotate_jacobi(n, turned, p, q);
+                for (int i = 0; i < D; ++i)
+                    for (int j = 0; j < D; ++j) {
+                        m(i, j)    = choose(near[p][q], n(i, j), m(i, j));
+                        axes(i, j) = choose(near[p][q], turned(i, j), axes(i, j));
+                    }
+            }
+}
+
 /// Principal values by Jacobi rotations: one is exact in 2D; 3D takes a fixed number of sweeps, so that eight particles go the
 /// same way. The formula with arc cosines would lose half of the digits at equal values.
 template <int D, class T>
@@ -137,6 +157,53 @@ ORDO_FLAT inline Spectrum<D, T> spectrum(const Symmetric<D, T>& s)
     }
     for (int a = 0; a < 3; ++a) r.value[a] = a < D ? m(a < D ? a : 0, a < D ? a : 0) : s(a, a);
     return r;
+}
+
+/// The principal axes of a tensor m and what `compose` needs of its slope: `turned` are the axes for slopes, and `ratio` is
+/// m'_ab/(m_a - m_b) in these, zero for equal values.
+template <int D, class T>
+struct DualAxes {
+    Mat<D, T> axes, turned, ratio;
+};
+template <int D, class T>
+struct Spectrum<D, Dual<T>> {
+    Dual<T> value[3];
+    DualAxes<D, T> axes;
+};
+
+/// Axes of equal values are turned until the slope has no component that mixes them; then values along these axes follow their
+/// diagonal components, and a function of all values, composed again, has its exact slope along the direction (Daleckii & Krein 1965),
+/// if it gives equal values for equal values. Values are taken as equal, and as different, with a relative error of about 1e-8 of
+/// the slope at the limit. First derivatives only.
+template <int D, class T>
+ORDO_CALL Spectrum<D, Dual<T>> spectrum(const Symmetric<D, Dual<T>>& s)
+{
+    constexpr double limit = 1e-8;  // of the largest value: between the errors of a quotient and of equality
+    Symmetric<D, T> value, slope;
+    for (int k = 0; k < s.size; ++k) {
+        value.c[k] = s.c[k].value;
+        slope.c[k] = s.c[k].slope;
+    }
+    const Spectrum<D, T> of_value = spectrum(value);
+    const T(&v)[3]                = of_value.value;
+    DualAxes<D, T> r{of_value.axes, of_value.axes, {}};
+    Mat<D, T> m = transpose(r.axes) * in_plane(slope) * r.axes;
+    T size(0.0), near[3][3];  // `near` is positive for equal values, also for those that a third one joins
+    for (int a = 0; a < D; ++a) size = larger(size, T(limit * limit) * v[a] * v[a]);
+    for (int a = 0; a < D; ++a)
+        for (int b = 0; b < D; ++b) near[a][b] = size - (v[a] - v[b]) * (v[a] - v[b]);
+    if constexpr (D == 3)
+        for (int a = 0; a < 3; ++a) {
+            const int b = (a + 1) % 3, c = (a + 2) % 3;
+            near[a][b] = near[b][a] = larger(near[a][b], smaller(near[a][c], near[c][b]));
+        }
+    turn_equal(near, m, r.turned);
+    for (int a = 0; a < D; ++a)
+        for (int b = 0; b < D; ++b) r.ratio(a, b) = choose(near[a][b], T(0.0), m(a, b) / (v[a] - v[b]));
+    Spectrum<D, Dual<T>> out;
+    for (int a = 0; a < 3; ++a) out.value[a] = a < D ? Dual<T>(v[a], m(a < D ? a : 0, a < D ? a : 0)) : s(a, a);
+    out.axes = r;
+    return out;
 }
 
 /// The spectrum of a tensor with positive values. In 2D the smaller one comes from the determinant: the difference of large
@@ -166,6 +233,23 @@ ORDO_FLAT inline Symmetric<D, T> compose(const T (&value)[3], const Mat<D, T>& a
             for (int k = 1; k < D; ++k) sum += value[k] * axes(i, k) * axes(j, k);
             r(i, j) = sum;
         }
+    return r;
+}
+
+template <int D, class T>
+ORDO_CALL Symmetric<D, Dual<T>> compose(const Dual<T> (&value)[3], const DualAxes<D, T>& axes)
+{
+    T plain[3];
+    for (int a = 0; a < 3; ++a) plain[a] = value[a].value;
+    const Symmetric<D, T> now = compose(plain, axes.axes);
+    Mat<D, T> m{};
+    for (int a = 0; a < D; ++a)
+        for (int b = 0; b < D; ++b) m(a, b) = a == b ? value[a].slope : axes.ratio(a, b) * (plain[a] - plain[b]);
+    const Mat<D, T> slope = axes.turned * m * transpose(axes.turned);
+    Symmetric<D, Dual<T>> r{};
+    for (int a = D; a < 3; ++a) r(a, a) = value[a];
+    for (int i = 0; i < D; ++i)
+        for (int j = i; j < D; ++j) r(i, j) = {now(i, j), slope(i, j)};
     return r;
 }
 

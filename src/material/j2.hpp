@@ -93,6 +93,25 @@ struct J2 {
         if (rate > 0) lambda = solve_voce(q, alpha, fault);
         return smaller(lambda, q * T(1 / three_g));
     }
+    /// The residual at lambda, and how fast it falls.
+    template <class T>
+    struct Voce {
+        T residual, slope;
+    };
+    template <class T>
+    ORDO_FLAT Voce<T> voce(const T& q, const T& alpha, const T& lambda) const
+    {
+        const T rest = T(saturation - yield) * exp(T(-rate) * (alpha + lambda));
+        return {q - T(3 * elastic.shear) * lambda - (T(saturation) + T(hardening) * (alpha + lambda) - rest),
+                T(3 * elastic.shear + hardening) + T(rate) * rest};
+    }
+    template <class T>
+    ORDO_FLAT Dual<T> solve_voce(const Dual<T>& q, const Dual<T>& alpha, Dual<T>& fault) const
+    {
+        const T lambda         = solve_voce(q.value, alpha.value, fault.value);
+        const Voce<Dual<T>> at = voce(q, alpha, Dual<T>(lambda, T(0.0)));
+        return as_root(lambda, at.residual, -1.0 * at.slope.value);
+    }
     /// Newton's method. The residual is convex or concave in lambda, so after the first step all are on one side of the root.
     template <class T>
     ORDO_FLAT T solve_voce(const T& q, const T& alpha, T& fault) const
@@ -101,11 +120,9 @@ struct J2 {
         const T tolerance  = T(1e-9) * (q + T(yield));  // one more step then leaves the rounding error
         T lambda(0.0), open(1.0);                       // `open` is positive where the residual was above it
         for (int k = 0; k < most && any_positive(open); ++k) {
-            const T rest  = T(saturation - yield) * exp(T(-rate) * (alpha + lambda));
-            const T r     = q - T(3 * elastic.shear) * lambda - (T(saturation) + T(hardening) * (alpha + lambda) - rest);
-            const T slope = T(3 * elastic.shear + hardening) + T(rate) * rest;
-            lambda        = choose(open, lambda + r / slope, lambda);
-            open          = choose(open, fabs(r) - tolerance, open);
+            const Voce<T> at = voce(q, alpha, lambda);
+            lambda           = choose(open, lambda + at.residual / at.slope, lambda);
+            open             = choose(open, fabs(at.residual) - tolerance, open);
         }
         fault = choose(q - yield_stress(alpha), larger(fault, open), fault);
         return lambda;

@@ -16,16 +16,12 @@ struct MieGruneisen {
     T cold(const T& J) const
     {
         const T x = T(1.0) - J;
-        if (!(value_of(x) > 0)) return T(stiffness) * x;
+        if (!(primal(x) > 0)) return T(stiffness) * x;
         const T left = T(1.0) - T(slope) * x;
         return T(stiffness) * x * (T(1.0) - T(gruneisen / 2) * x) / (left * left);
     }
     /// J^2 times the isentropic -dp/dJ = -cold' + G0 p: rho0 dp/drho.
     double tangent(double J, double p) const { return J * J * (gruneisen * p - cold(Dual<>(J, 1.0)).slope); }
-
-  private:
-    static double value_of(double x) { return x; }
-    static double value_of(const Dual<>& x) { return x.value; }
 };
 
 /// f = q - Y in the Kirchhoff stress, Y = (A + B alpha^n)(1 + C ln max(1, alpha'/r0))(1 - T*^m), T* = (T - Tr)/(Tm - Tr) from 0
@@ -169,9 +165,9 @@ struct JohnsonCook {
     void compress(const T& J, const T& next, const T& shear, const T& work, T* h) const
     {
         for (int k = 0; k < lanes_of(J); ++k) {
-            const double half = (lane(next, k) - lane(J, k)) / 2;
-            const double cold = shock.cold(lane(next, k)) + shock.gruneisen * lane(shear, k);
-            const double E =
+            const Lane<T> half = (lane(next, k) - lane(J, k)) / 2;
+            const Lane<T> cold = shock.cold(lane(next, k)) + shock.gruneisen * lane(shear, k);
+            const Lane<T> E =
                 (lane(h[kEnergy], k) + lane(work, k) - (lane(h[kPressure], k) + cold) * half) / (1 + shock.gruneisen * half);
             set_lane(h[kEnergy], k, E);
             set_lane(h[kPressure], k, cold + shock.gruneisen * E);
@@ -179,13 +175,13 @@ struct JohnsonCook {
     }
     /// The return of lane k from a trial stress q.
     template <class T>
-    void return_one(double dt, double q, int k, T* h, RadialReturn<T>& r, T& fault) const
+    void return_one(double dt, Lane<T> q, int k, T* h, RadialReturn<T>& r, T& fault) const
     {
-        const double alpha = lane(h[kAlpha], k), before = lane(h[kTemperature], k);
-        const double f = q - (A + B * power(alpha, n)) * softening(before);
+        const Lane<T> alpha = lane(h[kAlpha], k), before = lane(h[kTemperature], k);
+        const double f = primal(q) - (A + B * power(primal(alpha), n)) * softening(primal(before));
         if (!(f > 0)) return;
-        bool is_solved      = true;
-        const double lambda = multiplier(q, alpha, before, dt, is_solved), rest = q - 3 * elastic.shear * lambda;
+        bool is_solved       = true;
+        const Lane<T> lambda = multiplier(q, alpha, before, dt, is_solved), rest = q - 3 * elastic.shear * lambda;
         if (!is_solved) set_lane(fault, k, 1.0);
         set_lane(r.plastic, k, 1.0);
         set_lane(r.ratio, k, rest / q);
@@ -202,19 +198,17 @@ struct JohnsonCook {
     T softening(const T& temperature) const
     {
         const T hot = (temperature - T(reference)) / T(melting - reference);
-        if (!(number(hot) > 0)) return T(1.0);
-        return number(hot) < 1 ? T(1.0) - power(hot, m) : T(0.0);
+        if (!(primal(hot) > 0)) return T(1.0);
+        return primal(hot) < 1 ? T(1.0) - power(hot, m) : T(0.0);
     }
-    static double number(double x) { return x; }
-    static double number(const Dual<>& x) { return x.value; }
 
     /// q - Y at the end of a step with multiplier lambda.
-    template <class T>
-    T residual(const T& lambda, double q, double alpha, double before, double dt) const
+    template <class T, class S>
+    T residual(const T& lambda, const S& q, const S& alpha, const S& before, double dt) const
     {
         const T rest = T(q) - T(3 * elastic.shear) * lambda;
         T factor(1.0);
-        if (dt > 0 && number(lambda) > rate * dt) factor += T(C) * log(lambda / T(rate * dt));
+        if (dt > 0 && primal(lambda) > rate * dt) factor += T(C) * log(lambda / T(rate * dt));
         return rest - (T(A) + T(B) * power(T(alpha) + lambda, n)) * factor * softening(T(before) + T(heating) * rest * lambda);
     }
     /// Its root: Newton's method where it stays in the bracket (0, q/3G), else bisection. The slope is infinite at alpha = 0.
@@ -233,6 +227,12 @@ struct JohnsonCook {
         }
         is_solved = false;
         return lambda;
+    }
+    Dual<> multiplier(const Dual<>& q, const Dual<>& alpha, const Dual<>& before, double dt, bool& is_solved) const
+    {
+        const double lambda = multiplier(q.value, alpha.value, before.value, dt, is_solved);
+        return as_root(lambda, residual(Dual<>(lambda), q, alpha, before, dt),
+                       residual(Dual<>(lambda, 1.0), q.value, alpha.value, before.value, dt).slope);
     }
 };
 static_assert(Inelastic<JohnsonCook> && ChangesStiffness<JohnsonCook>);

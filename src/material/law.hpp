@@ -1,5 +1,7 @@
 // A constitutive law is a struct in a file of its own, listed in laws.hpp. Everything else follows from its row there: input
 // keys, `ordo list materials`, the stress pass, history columns in particles, checkpoints and VTU.
+// Its functions are templates on their scalar: double, eight doubles (Lanes), or Dual of one of these, whose slopes are the tangent of
+// implicit steps. So it decides by `choose` and `any_positive`, or one lane after another by `primal`, never by `if` on a scalar.
 #pragma once
 
 #include "material/material.hpp"

@@ -10,7 +10,7 @@ namespace ordo {
 /// Planes of the Mohr-Coulomb pyramid in principal Kirchhoff stresses, tension positive: the shear plane of axes (i, j),
 /// tau_i - tau_j + (tau_i + tau_j) sin phi = 2 c cos phi, with flow of angle psi, and the cut-off tau_i = T, associated.
 /// Returns a trial stress to the face, edge or corner on which it belongs. Exact, because all faces are planes (Clausen, Damkilde
-/// & Andersen 2006, IJNME 66:1795).
+/// & Andersen 2006, IJNME 66:1795). S is double or Dual<double>.
 struct MohrCoulombPyramid {
     double bulk, shear;                     ///< Pa
     double sin_phi, sin_psi, rhs, tension;  ///< rhs = 2 c cos phi; tension may be infinite
@@ -19,17 +19,18 @@ struct MohrCoulombPyramid {
     double excess(const double (&tau)[3]) const { return std::fmax(shear_excess(tau, 0, 2), tau[0] - tension); }
 
     /// The stress on the pyramid for a sorted trial stress outside. Returns false if no face takes it.
-    bool project(const double (&trial)[3], double (&tau)[3]) const
+    template <class S>
+    bool project(const S (&trial)[3], S (&tau)[3]) const
     {
         // Faces, edges and corners as sets of planes: those of the axes (0, 2), (0, 1), (1, 2), and cut-offs of axes 0, 1, 2.
         // Where tau_0 = tau_1 = T four planes meet: two sets of three span what returns there. The empty set stands for the apex.
         static constexpr int sets[][3] = {{0, -1, -1}, {3, -1, -1}, {0, 1, -1}, {0, 2, -1}, {0, 3, -1},  {3, 4, -1},
                                           {0, 1, 3},   {0, 3, 4},   {0, 2, 4},  {3, 4, 5},  {-1, -1, -1}};
-        const double size              = std::fabs(trial[0]) + std::fabs(trial[2]) + rhs;
+        const double size              = std::fabs(primal(trial[0])) + std::fabs(primal(trial[2])) + rhs;
         double least                   = 1e-9 * size;
         bool is_found                  = false;
         for (const auto& set : sets) {
-            double candidate[3]{};
+            S candidate[3]{};
             const double wrong = set[0] < 0 ? violation_of_apex(trial, candidate) : violation(set, trial, candidate);
             if (!(wrong < least)) continue;
             least    = wrong;
@@ -73,11 +74,13 @@ struct MohrCoulombPyramid {
     }
     /// The return to the intersection of some planes, and how far it is from being the answer, Pa: by a plane that it exceeds, or
     /// by a multiplier that is negative.
-    double violation(const int (&set)[3], const double (&trial)[3], double (&tau)[3]) const
+    template <class S>
+    double violation(const int (&set)[3], const S (&trial)[3], S (&tau)[3]) const
     {
         constexpr double never = LawParameter::none;
         Plane planes[3];
-        double stiff[3][3], A[3][3], lambda[3];
+        double stiff[3][3], A[3][3];
+        S lambda[3];
         int n = 0;
         for (; n < 3 && set[n] >= 0; ++n) {
             if (set[n] >= 3 && !(tension < never)) return never;
@@ -96,27 +99,31 @@ struct MohrCoulombPyramid {
         double wrong = 0;
         for (int a = 0; a < 3; ++a) tau[a] = trial[a];
         for (int i = 0; i < n; ++i) {
-            wrong = std::fmax(wrong, -lambda[i] * shear);
+            wrong = std::fmax(wrong, -primal(lambda[i]) * shear);
             for (int a = 0; a < 3; ++a) tau[a] -= lambda[i] * stiff[i][a];
         }
         return std::fmax(wrong, outside(tau));
     }
     /// The same for the apex, where all shear planes meet. Sorted plastic strains v are in the cone of their flows if they are on
     /// the inner side of its two faces, whose normals are the edges of the pyramid of angle psi.
-    double violation_of_apex(const double (&trial)[3], double (&tau)[3]) const
+    template <class S>
+    double violation_of_apex(const S (&trial)[3], S (&tau)[3]) const
     {
         if (!(sin_phi > 0 && sin_psi > 0)) return LawParameter::none;
-        for (double& t : tau) t = rhs / (2 * sin_phi);
-        const double mean = (trial[0] + trial[1] + trial[2]) / 3, far = 1 + sin_psi, near = 1 - sin_psi;
+        const double apex = rhs / (2 * sin_phi);
+        for (S& t : tau) t = apex;
+        const double mean = primal(trial[0] + trial[1] + trial[2]) / 3, far = 1 + sin_psi, near = 1 - sin_psi;
         double v[3];  // times G
-        for (int a = 0; a < 3; ++a) v[a] = (trial[a] - mean) / 2 + shear / (3 * bulk) * (mean - tau[0]);
+        for (int a = 0; a < 3; ++a) v[a] = (primal(trial[a]) - mean) / 2 + shear / (3 * bulk) * (mean - apex);
         const double wrong = std::fmax(-(near * v[0] + far * (v[1] + v[2])), -(near * (v[0] + v[1]) + far * v[2]));
         return std::fmax(std::fmax(wrong, 0.0), outside(tau));
     }
     /// How far a stress, in any order, is outside.
-    double outside(const double (&tau)[3]) const
+    template <class S>
+    double outside(const S (&stress)[3]) const
     {
-        double r = 0;
+        const double tau[3] = {primal(stress[0]), primal(stress[1]), primal(stress[2])};
+        double r            = 0;
         for (int i = 0; i < 3; ++i) {
             r = std::fmax(r, tau[i] - tension);
             for (int j = 0; j < 3; ++j)
@@ -125,7 +132,8 @@ struct MohrCoulombPyramid {
         return r;
     }
     /// Elimination with pivots. False if the planes have no common point that flow reaches.
-    static bool solve(double (&A)[3][3], double (&b)[3], int n)
+    template <class S>
+    static bool solve(double (&A)[3][3], S (&b)[3], int n)
     {
         double scale = 0;
         for (int k = 0; k < n; ++k) scale = std::fmax(scale, std::fabs(A[k][k]));
@@ -255,8 +263,8 @@ struct MohrCoulomb {
         return step_principally(step, elastic, h + kB, h[kWork], [&](const T(&trial)[3], T(&tau)[3]) {
             T plastic(0.0);
             for (int k = 0; k < lanes_of(plastic); ++k) {
-                const double start[3] = {lane(trial[0], k), lane(trial[1], k), lane(trial[2], k)};
-                double end[3], alpha = lane(h[kAlpha], k);
+                const Lane<T> start[3] = {lane(trial[0], k), lane(trial[1], k), lane(trial[2], k)};
+                Lane<T> end[3], alpha = lane(h[kAlpha], k);
                 const int state = returned(start, end, alpha);
                 if (state < 0) set_lane(fault, k, 1.0);
                 if (state <= 0) continue;
@@ -281,26 +289,30 @@ struct MohrCoulomb {
                 2 * c * std::cos(phi), std::fmin(tension, tension < not_given ? apex : tension)};
     }
     /// Positive if the state yields: `end` is then the stress on the pyramid, and alpha has grown. Negative if no stress was
-    /// found.
-    ORDO_CALL int returned(const double (&trial)[3], double (&end)[3], double& alpha) const
+    /// found. The pyramid is that of the start of the step, so it has no slope.
+    template <class S>
+    ORDO_CALL int returned(const S (&trial)[3], S (&end)[3], S& alpha) const
     {
         int order[3] = {0, 1, 2};
-        if (trial[order[0]] < trial[order[1]]) std::swap(order[0], order[1]);
-        if (trial[order[1]] < trial[order[2]]) std::swap(order[1], order[2]);
-        if (trial[order[0]] < trial[order[1]]) std::swap(order[0], order[1]);
-        const double sorted[3]       = {trial[order[0]], trial[order[1]], trial[order[2]]};
-        const MohrCoulombPyramid now = pyramid(alpha);
-        if (!(now.excess(sorted) > 0)) return 0;
-        double tau[3];
+        auto sort    = [&](int a, int b) {
+            if (primal(trial[order[a]]) < primal(trial[order[b]])) std::swap(order[a], order[b]);
+        };
+        sort(0, 1);
+        sort(1, 2);
+        sort(0, 1);
+        const S sorted[3]            = {trial[order[0]], trial[order[1]], trial[order[2]]};
+        const MohrCoulombPyramid now = pyramid(primal(alpha));
+        if (!(now.excess({primal(sorted[0]), primal(sorted[1]), primal(sorted[2])}) > 0)) return 0;
+        S tau[3];
         if (!now.project(sorted, tau)) return -1;
-        double mean = 0, square = 0;
+        S mean = 0, square = 0;
         for (int a = 0; a < 3; ++a) mean += (sorted[a] - tau[a]) / 3;
         for (int a = 0; a < 3; ++a) {
-            const double strain = (sorted[a] - tau[a] - mean) / (2 * elastic.shear);
+            const S strain = (sorted[a] - tau[a] - mean) / (2 * elastic.shear);
             square += strain * strain;
             end[order[a]] = tau[a];
         }
-        alpha += std::sqrt(2.0 / 3 * square);
+        alpha += sqrt(2.0 / 3 * square);
         return 1;
     }
 };

@@ -8,31 +8,6 @@
 
 namespace ordo {
 
-/// The number of a scalar without its derivatives, and a scalar without derivatives.
-template <class T>
-ORDO_FLAT constexpr auto primal(const T& x)
-{
-    if constexpr (requires { x.value; })
-        return primal(x.value);
-    else
-        return x;
-}
-template <class T, class P>
-ORDO_FLAT constexpr void set_primal(T& x, const P& number)
-{
-    if constexpr (requires { x.value; })
-        set_primal(x.value, number);
-    else
-        x = number;
-}
-template <class T, class P>
-ORDO_FLAT constexpr T without_slope(const P& number)
-{
-    T r(0.0);
-    set_primal(r, number);
-    return r;
-}
-
 /// (a^e - b^e)/(a - b) of positive numbers, also where they are close: then e m^(e-1) with their mean m and its next term.
 template <class P>
 ORDO_FLAT inline P divided_power(const P& a, const P& b, double e)

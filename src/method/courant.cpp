@@ -283,6 +283,7 @@ double courant_time_step(const Model<D>& model, const Particles<D>& particles, R
 template <int D>
 double stable_time_step(const Model<D>& model, const Particles<D>& particles, Ranks& ranks)
 {
+    if (is_implicit(model.method)) return std::numeric_limits<double>::infinity();
     return combined(stable_courant_number(model) * crossing_time(model, particles, ranks, true),
                     viscous_time_step(model, particles, ranks));
 }
@@ -290,6 +291,7 @@ double stable_time_step(const Model<D>& model, const Particles<D>& particles, Ra
 template <int D>
 double automatic_time_step(const Model<D>& model, const Particles<D>& particles, double cfl, Ranks& ranks)
 {
+    if (is_implicit(model.method)) return cfl * courant_time_step(model, particles, ranks);
     const double crossing = crossing_time(model, particles, ranks);
     const double strained = has_limit_of_strain(model.method) ? crossing_time(model, particles, ranks, true) : crossing;
     const double limit    = std::min(cfl * courant_scale(model) * crossing, stable_courant_number(model) * strained);

@@ -50,13 +50,13 @@ template <int D>
 double stable_courant_number(const Model<D>& model);
 
 /// h over (P-wave speed + |v|), the smallest over axes and particles of all ranks, s: times courant_scale, which `cfl` multiplies, or times
-/// stable_courant_number, the limit of every time step.
+/// stable_courant_number, the limit of every time step; infinite for implicit schemes.
 template <int D>
 double courant_time_step(const Model<D>& model, const Particles<D>& particles, Ranks& ranks = alone());
 template <int D>
 double stable_time_step(const Model<D>& model, const Particles<D>& particles, Ranks& ranks = alone());
 
-/// The time step for a `cfl`, s.
+/// The time step for a `cfl`, s; for implicit schemes without any limit of stability.
 template <int D>
 double automatic_time_step(const Model<D>& model, const Particles<D>& particles, double cfl, Ranks& ranks = alone());
 

@@ -19,48 +19,9 @@
 
 namespace ordo {
 
-namespace {
-
-/// The arguments of a pass over the particles of a tile: with the nodes of its velocity field.
 template <int D>
-Sweep<D> in_field_of(const Tile& tile, Sweep<D> view)
-{
-    if (view.nodes) view.nodes += tile.first_node;
-    return view;
-}
-
-constexpr double kRounding = 1e-9;  // of a particle's mass: less reaches a node by round-off alone, where a face is on nodes
-
-}  // namespace
-
-template <int D>
-Explicit<D>::Explicit(Model<D> of)
-    : Scheme<D>(std::move(of)),
-      passes_(choose_passes<D>(method())),
-      update_stress_(this->model().materials, artificial_viscosity(method(), this->model().h)),
-      mass_solver_(passes_, method().lump_below, has_tls_velocity(method()))
+Explicit<D>::Explicit(Model<D> of) : PassScheme<D>(std::move(of))
 {}
-
-template <int D>
-void Explicit<D>::start_domains(State<D>& s) const
-{
-    const ParticleView<D> p = s.particles.view();
-    const Sweep<D> view     = sweep(s, nullptr, 0.0);
-    for (int i = 0; i < p.count; ++i) {
-        if (p.half) p.half[i] = p.half0[i];
-        passes_.evolve(view, i);
-        const double reach = passes_.reach(s.lattice, p, i);
-        if (std::isnan(reach))
-            throw InputError(
-                fmt::format("particle {} of body {}: its domain has no positive volume, or is folded", p.id[i], p.body[i]));
-        if (!(reach <= passes_.max_reach))
-            throw InputError(fmt::format(
-                "particle {} of body {}: its domain reaches {:.3g} cells from its centre, more than the {} that the method's "
-                "passes hold; use smaller particle domains or a coarser [grid] spacing",
-                p.id[i], p.body[i], reach, passes_.max_reach));
-        s.reach = std::max(s.reach, reach);
-    }
-}
 
 template <int D>
 void Explicit<D>::take_step(State<D>& s, double dt) const
@@ -89,7 +50,7 @@ void Explicit<D>::take_step(State<D>& s, double dt) const
 
     if (has_corner_samples()) move_corners(s, sweep(s, update, 0.0));  // v_c
     update_particles(s, nodes, update, strain, dt, by);
-    if (passes_.move_corners) move_corners(s, nodes, dt);  // cells: x_c, then x_p and V_p
+    if (passes().move_corners) move_corners(s, nodes, dt);  // cells: x_c, then x_p and V_p
     for (std::size_t k = 0; k < model().walls.size(); ++k) s.wall_shifts[k] += dt * model().walls[k].velocity_at(by.when.t);
     if (!model().obstacles.empty()) ordo::move(model().obstacles, model().contacts, dt, s.contacts);
     const double before = s.t;
@@ -112,7 +73,7 @@ bool Explicit<D>::find_forces(State<D>& s, Lanes* nodes, Lanes* strain, const Ki
     copy(strain, nodes, s.field.tiles);
     constrain(s, strain, {{s.t_v, s.dt_prev}}, Velocity::projected);
     find_gradients(s, strain);
-    deform(s, passes_.deform, strain, s.dt_prev, Deform::past);  // F_p, sigma_p at t_n from v_i of the previous step
+    deform(s, passes().deform, strain, s.dt_prev, Deform::past);  // F_p, sigma_p at t_n from v_i of the previous step
     this->evaluate_external_forces(s, s.t);
     add_forces(s, nodes, false);  // f_i <- sigma_p
     return true;
@@ -163,19 +124,19 @@ void Explicit<D>::update_particles(State<D>& s, Lanes* nodes, Lanes* update, Lan
 {
     const bool is_remapped = projects_again(method()), is_advanced = strains_by_advanced(method());
     if (is_advanced && method().averaging == Averaging::none && update == nodes) {
-        if (passes_.keep && !stores_gradient(method())) gather(s, passes_.keep, nodes, dt);
+        if (passes().keep && !stores_gradient(method())) gather(s, passes().keep, nodes, dt);
         find_gradients(s, nodes);
-        deform(s, passes_.update_all, nodes, dt);
+        deform(s, passes().update_all, nodes, dt);
         return;
     }
-    if (!is_remapped && passes_.keep && !stores_gradient(method())) gather(s, passes_.keep, nodes, dt);
-    gather(s, passes_.update_velocity, update, dt);  // v_p <- a_i
-    if (is_advanced) {                               // the same in parts, because averages need F of all particles
+    if (!is_remapped && passes().keep && !stores_gradient(method())) gather(s, passes().keep, nodes, dt);
+    gather(s, passes().update_velocity, update, dt);  // v_p <- a_i
+    if (is_advanced) {                                // the same in parts, because averages need F of all particles
         find_gradients(s, nodes);
-        deform(s, passes_.deform, nodes, dt);
+        deform(s, passes().deform, nodes, dt);
     }
     if (is_remapped) {
-        if (passes_.keep) gather(s, passes_.keep, nodes, dt);
+        if (passes().keep) gather(s, passes().keep, nodes, dt);
         project_velocities(s, strain, [&] {  // the same nodes again, with the new v_p
             const bool is_coupled = method().mass == MassMatrix::consistent;
             return is_coupled ? held_by_walls(model(), s, strain, by.when.t) : std::vector<HeldNode<D>>{};
@@ -183,9 +144,9 @@ void Explicit<D>::update_particles(State<D>& s, Lanes* nodes, Lanes* update, Lan
         constrain(s, strain, by, Velocity::remapped);
         blend_velocities(strain, nodes, s.field.tiles, strain_velocity_of(method()));
         find_gradients(s, strain);
-        deform(s, passes_.deform, strain, dt);  // F_p, sigma_p from the remapped velocity, blended with the advanced one
+        deform(s, passes().deform, strain, dt);  // F_p, sigma_p from the remapped velocity, blended with the advanced one
     }
-    if (passes_.move) gather(s, passes_.move, nodes, dt);
+    if (passes().move) gather(s, passes().move, nodes, dt);
 }
 
 /// Velocities of nodes from those of the particles. held() lists nodes that walls hold, once masses are known.
@@ -196,13 +157,6 @@ void Explicit<D>::project_velocities(State<D>& s, Lanes* nodes, const Held& held
     clear_nodes(s, nodes);
     find_momenta(s, nodes);
     find_velocities(s, nodes, {}, held());
-}
-
-/// Whether the coming step filters the velocities of particles.
-template <int D>
-bool Explicit<D>::filters(const State<D>& s) const
-{
-    return method().filter != Filter::none && (s.n + 1) % static_cast<long>(method().filter_every) == 0;
 }
 
 /// Filters the velocities of the kicked nodes, of which particles then take all (docs/energy.md). Returns the nodes that they take them
@@ -242,8 +196,8 @@ void Explicit<D>::set_velocities(State<D>& s, Lanes* nodes) const
     Sweep<D> view    = sweep(s, nodes, 0.0);
     view.pic         = 1.0;
     view.sums_energy = false;
-    gather(s, passes_.update_velocity, view);
-    if (passes_.keep) gather(s, passes_.keep, view);
+    gather(s, passes().update_velocity, view);
+    if (passes().keep) gather(s, passes().keep, view);
     if (has_corner_samples()) move_corners(s, view);
 }
 
@@ -283,7 +237,7 @@ void Explicit<D>::add_kick(State<D>& s, const Lanes* nodes, const Kick& by) cons
     const Lanes* loads = this->has_loads() ? find_load_forces(s, nodes) : nullptr;
     auto add = [&](const auto& momentum) { ordo::add_kick(s, model().gravity, by.dt, nodes, s.forces.data(), loads, momentum); };
     if (method().mass == MassMatrix::lumped) return add([&](std::ptrdiff_t i) { return nodes[i] * nodes[i][NodeLane::mass]; });
-    mass_solver_.multiply_solution(s, sweep(s, nullptr, 0.0), nodes);
+    mass_solver().multiply_solution(s, sweep(s, nullptr, 0.0), nodes);
     const MassSystem<D>& mass = s.field.mass;
     add([&](std::ptrdiff_t i) { return mass.q[mass.rows.row(i)]; });
 }
@@ -302,12 +256,12 @@ const Lanes* Explicit<D>::find_load_forces(State<D>& s, const Lanes* nodes) cons
     if (s.no_stress.size() != count) s.no_stress = Array<Stress<D>>(count);
     std::swap(sigma, s.no_stress);
     if (is_of_points)
-        scatter_points(s, passes_.force_points, loads, NodeLane::increment, NodeLane::volume);
+        scatter_points(s, passes().force_points, loads, NodeLane::increment, NodeLane::volume);
     else
-        scatter(s, passes_.force, loads, NodeLane::increment, NodeLane::volume);
+        scatter(s, passes().force, loads, NodeLane::increment, NodeLane::volume);
     std::swap(sigma, s.no_stress);
     if (is_of_points && !model().tractions.empty())
-        scatter(s, passes_.surface_force, loads, NodeLane::increment, NodeLane::volume);
+        scatter(s, passes().surface_force, loads, NodeLane::increment, NodeLane::volume);
     return loads;
 }
 
@@ -324,33 +278,11 @@ void Explicit<D>::find_projection(State<D>& s) const
 }
 
 template <int D>
-Sweep<D> Explicit<D>::sweep(State<D>& s, Lanes* nodes, double dt) const
-{
-    return {s.lattice,
-            s.particles.view(),
-            nodes,
-            model().materials.data(),
-            dt,
-            pic_fraction(s),
-            method().stretch_limit,
-            stores_gradient(method()),
-            s.gradients.data(),
-            s.account.is_wanted};
-}
-
-template <int D>
-void Explicit<D>::clear_nodes(State<D>& s, Lanes* nodes) const
-{
-    Stopwatch watch(times(), StageTimes::nodes);
-    clear(nodes, s.field.tiles);
-}
-
-template <int D>
 void Explicit<D>::find_velocities(State<D>& s, Lanes* nodes, const Kick& by, const std::vector<HeldNode<D>>& held) const
 {
-    Stopwatch watch(times(), passes_.velocity_fit.solve ? StageTimes::fit : StageTimes::nodes);
-    if (passes_.velocity_fit.solve)
-        fit_velocities(model(), passes_.velocity_fit, s, sweep(s, nodes, 0.0), nodes);
+    Stopwatch watch(times(), passes().velocity_fit.solve ? StageTimes::fit : StageTimes::nodes);
+    if (passes().velocity_fit.solve)
+        fit_velocities(model(), passes().velocity_fit, s, sweep(s, nodes, 0.0), nodes);
     else if (method().mass == MassMatrix::lumped)
         momenta_to_velocities(nodes, s.field.tiles);
     else
@@ -358,15 +290,6 @@ void Explicit<D>::find_velocities(State<D>& s, Lanes* nodes, const Kick& by, con
             solve_mass(s, nodes, MassSolver<D>::kVelocity, held);
             return false;
         });
-}
-
-template <int D>
-void Explicit<D>::solve_mass(State<D>& s, Lanes* nodes, unsigned parts, const std::vector<HeldNode<D>>& held) const
-{
-    mass_solver_.solve(s, sweep(s, nodes, 0.0), nodes, s.field.known.data(), parts, held);
-    if (!times()) return;
-    ++times()->mass_solves;
-    times()->mass_iterations += mass_solver_.iterations();
 }
 
 /// Solves, by solve() that says whether s.mass.q has the product with the solution, and adds the impulses of constraints in a kick: the particles gain what A u - b is short of at the components that they
@@ -388,7 +311,7 @@ void Explicit<D>::account_for(State<D>& s, Lanes* nodes, unsigned parts, const K
         s.field.constraints.for_each([&](std::ptrdiff_t node, int a, bool) { given.push_back(weighted(nodes[node], a)); });
     const bool has_product = solve();
     if (given.empty()) return;
-    if (!has_product) mass_solver_.multiply_solution(s, sweep(s, nodes, 0.0), nodes);
+    if (!has_product) mass_solver().multiply_solution(s, sweep(s, nodes, 0.0), nodes);
     std::size_t k = 0;
     s.field.constraints.add_impulses(model().conditions, by.when, sums, [&](std::ptrdiff_t node, int a) {
         const int row    = s.field.mass.rows.row(node);
@@ -408,7 +331,7 @@ void Explicit<D>::find_accelerations(State<D>& s, Lanes* nodes, unsigned parts, 
             return false;
         }
         walls.solve([&](const std::vector<HeldNode<D>>& held) { solve_mass(s, nodes, parts, held); },
-                    [&] { mass_solver_.multiply_solution(s, sweep(s, nodes, 0.0), nodes); }, exchange_sums(s, by));
+                    [&] { mass_solver().multiply_solution(s, sweep(s, nodes, 0.0), nodes); }, exchange_sums(s, by));
         return true;
     });
 }
@@ -442,15 +365,15 @@ void Explicit<D>::find_momenta(State<D>& s, Lanes* nodes) const
 {
     if (has_tls_velocity(method())) {
         fit_cells(s);
-        scatter_points(s, passes_.project_points, nodes, 0, NodeLane::end);
+        scatter_points(s, passes().project_points, nodes, 0, NodeLane::end);
         if (method().domain == Domain::point) return;
         make_room(s.particle_nodes, s.field.nodes.size());
         Lanes* of_particles = s.particle_nodes.data();
         clear_nodes(s, of_particles);
-        scatter(s, passes_.project, of_particles, 0, NodeLane::end);
+        scatter(s, passes().project, of_particles, 0, NodeLane::end);
         settle_masses(s, nodes, of_particles, false);
     } else {
-        scatter(s, passes_.project, nodes, 0, NodeLane::end);
+        scatter(s, passes().project, nodes, 0, NodeLane::end);
         if (keeps_corner_velocity(method())) restore_momenta(s, nodes);
     }
 }
@@ -460,11 +383,11 @@ void Explicit<D>::find_momenta(State<D>& s, Lanes* nodes) const
 template <int D>
 bool Explicit<D>::find_momenta_and_forces(State<D>& s, Lanes* nodes, const Kick& by) const
 {
-    const bool finds_velocities = passes_.velocity_fit.solve || method().quadrature == Quadrature::cell;
-    const bool is_fused         = passes_.project_and_force && !passes_.cell_fit.spread;
+    const bool finds_velocities = passes().velocity_fit.solve || method().quadrature == Quadrature::cell;
+    const bool is_fused         = passes().project_and_force && !passes().cell_fit.spread;
     if (is_fused) {
         find_force_stress(s);
-        scatter(s, passes_.project_and_force, nodes, 0, NodeLane::end);
+        scatter(s, passes().project_and_force, nodes, 0, NodeLane::end);
         if (keeps_corner_velocity(method())) restore_momenta(s, nodes);
     } else {
         find_momenta(s, nodes);
@@ -484,7 +407,7 @@ void Explicit<D>::add_forces(State<D>& s, Lanes* nodes, bool has_points) const
     const bool is_cell  = method().quadrature == Quadrature::cell;
     if (!is_cell && !has_gauss_forces(method())) {
         find_force_stress(s);
-        scatter(s, passes_.force, nodes, force, NodeLane::volume);
+        scatter(s, passes().force, nodes, force, NodeLane::volume);
         return;
     }
     if (!has_points) fit_cells(s);
@@ -493,18 +416,18 @@ void Explicit<D>::add_forces(State<D>& s, Lanes* nodes, bool has_points) const
         Lanes* of_particles = s.particle_nodes.data();
         copy(of_particles, nodes, s.field.tiles);
         clear_masses(nodes, s.field.tiles);
-        if (passes_.project_and_force_points) {
-            scatter_points(s, passes_.project_and_force_points, nodes, NodeLane::mass, NodeLane::end);
+        if (passes().project_and_force_points) {
+            scatter_points(s, passes().project_and_force_points, nodes, NodeLane::mass, NodeLane::end);
         } else {
-            scatter_points(s, passes_.project_points, nodes, NodeLane::mass, NodeLane::end);
+            scatter_points(s, passes().project_points, nodes, NodeLane::mass, NodeLane::end);
             s.field.halo.copy(nodes);
-            scatter_points(s, passes_.force_points, nodes, force, NodeLane::volume);
+            scatter_points(s, passes().force_points, nodes, force, NodeLane::volume);
         }
         settle_masses(s, nodes, of_particles, true);
     } else {
-        scatter_points(s, passes_.force_points, nodes, force, NodeLane::volume);
+        scatter_points(s, passes().force_points, nodes, force, NodeLane::volume);
     }
-    if (!model().tractions.empty()) scatter(s, passes_.surface_force, nodes, force, NodeLane::volume);
+    if (!model().tractions.empty()) scatter(s, passes().surface_force, nodes, force, NodeLane::volume);
 }
 
 /// Sets the stresses that forces come from, if they are not those of the laws.
@@ -520,16 +443,16 @@ template <int D>
 void Explicit<D>::fit_cells(State<D>& s) const
 {
     Stopwatch watch(times(), StageTimes::fit);
-    ordo::fit_cells(model(), passes_.cell_fit, s, sweep(s, nullptr, 0.0));
+    ordo::fit_cells(model(), passes().cell_fit, s, sweep(s, nullptr, 0.0));
 }
 
 /// Sets the gradients at cell centres from the velocities of `nodes`, if the method takes particle gradients from there.
 template <int D>
 void Explicit<D>::find_gradients(State<D>& s, const Lanes* nodes) const
 {
-    if (!passes_.gradient_at_center) return;
+    if (!passes().gradient_at_center) return;
     Stopwatch watch(times(), StageTimes::fit);
-    find_cell_gradients(passes_, s, nodes);
+    find_cell_gradients(passes(), s, nodes);
 }
 
 /// Reports the sums over nodes, which have velocities or momenta; periodic images are not counted.
@@ -541,112 +464,6 @@ void Explicit<D>::report_projection(State<D>& s, const Lanes* nodes, bool has_ve
         return mass_and_momentum_of(nodes[i] * make_lanes(factor, factor, factor, 1, 0, 0, 0, 0));
     });
     s.projection.set(mass_and_momentum(s), after);
-}
-
-template <int D>
-void Explicit<D>::move_corners(State<D>& s, Lanes* nodes, double dt) const
-{
-    Sweep<D> view = sweep(s, nodes, dt);
-    if (has_corner_samples()) view.p.corner_velocity = nullptr;  // they have it already
-    move_corners(s, view);
-    gather(s, passes_.follow_corners, nodes, dt);
-}
-
-template <int D>
-void Explicit<D>::move_corners(State<D>& s, const Sweep<D>& view) const
-{
-    Stopwatch watch(times(), StageTimes::gather);
-    for (const CornerRun& run : s.field.corner_runs) {
-        Sweep<D> in_field = view;
-        in_field.nodes += run.first_node;
-        parallel_pieces(run.end - run.begin, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-            passes_.move_corners(in_field, run.begin + begin, run.begin + end);
-        });
-    }
-}
-
-template <int D>
-void Explicit<D>::scatter(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const
-{
-    Stopwatch watch(times(), StageTimes::scatter);
-    Sweep<D> view = sweep(s, nodes, 0.0);
-    if (!s.force_stress.empty()) view.p.sigma = s.force_stress.data();
-    s.field.tiles.for_each_by_colour({{nodes}}, [&](const Tile& tile) { pass(in_field_of(tile, view), tile.begin, tile.end); });
-    s.field.halo.add(nodes, first_lane, last_lane);
-}
-
-template <int D>
-void Explicit<D>::scatter_points(State<D>& s, typename Passes<D>::Scatter pass, Lanes* nodes, int first_lane, int last_lane) const
-{
-    Stopwatch watch(times(), StageTimes::scatter);
-    Sweep<D> view = sweep(s, nodes, 0.0);
-    view.p        = s.points.view();
-    s.points.for_each_by_colour([&](const Tile& tile) { pass(view, tile.begin, tile.end); });
-    s.field.halo.add(nodes, first_lane, last_lane);
-}
-
-template <int D>
-void Explicit<D>::gather(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt) const
-{
-    gather(s, pass, sweep(s, nodes, dt));
-}
-
-template <int D>
-void Explicit<D>::gather(State<D>& s, typename Passes<D>::Gather pass, const Sweep<D>& view) const
-{
-    gather_tiles(s, [&](const Tile& tile, TileReport& report) { pass(in_field_of(tile, view), tile.begin, tile.end, report); });
-}
-
-/// A gather that updates F, then the stresses.
-template <int D>
-void Explicit<D>::deform(State<D>& s, typename Passes<D>::Gather pass, Lanes* nodes, double dt, Deform by) const
-{
-    Sweep<D> view = sweep(s, nodes, dt);
-    view.is_past  = by == Deform::past;
-    if (method().averaging != Averaging::none || update_stress_.has_outside_laws()) return deform_all(s, pass, view);
-    gather_tiles(s, [&](const Tile& tile, TileReport& report) {
-        update_stress_(pass, in_field_of(tile, view), tile.begin, tile.end, report);
-    });
-}
-
-/// The same where stresses need F of all particles: with averages of the dilations and for laws from outside.
-template <int D>
-void Explicit<D>::deform_all(State<D>& s, typename Passes<D>::Gather pass, Sweep<D> view) const
-{
-    const bool is_averaged = method().averaging != Averaging::none;
-    if (is_averaged) prepare_averages(model(), s);
-    if (s.increments.size() != s.particles.x.size()) s.increments = Array<Mat<D>>(s.particles.x.size());
-    view.increments      = s.increments.data();
-    view.increment_first = 0;
-    gather(s, pass, view);
-    if (is_averaged) {
-        Stopwatch watch(times(), StageTimes::fit);
-        average_increments(model(), s);
-    }
-    gather_tiles(s, [&](const Tile& tile, TileReport& report) { update_stress_.update(view, tile.begin, tile.end, report); });
-    if (s.report.fault == Fault::none) update_stress_.update_outside(s, view.dt);  // else there may be no F for them
-}
-
-/// run(tile, report) for all tiles; collects the reports.
-template <int D>
-template <class RunPass>
-void Explicit<D>::gather_tiles(State<D>& s, const RunPass& run) const
-{
-    Stopwatch watch(times(), StageTimes::gather);
-    std::vector<TileReport> reports(s.field.tiles.tiles().size());
-    s.field.tiles.for_each([&](std::ptrdiff_t k, const Tile& tile) { run(tile, reports[k]); });
-    double move = 0.0, reach = TileReport{}.reach;
-    for (const TileReport& r : reports) {
-        move  = std::max(move, r.move);
-        reach = std::max(reach, r.reach);
-        if (s.account.is_wanted) {
-            s.account.of_stresses += r.kicked;
-            s.account.of_filters += r.filtered;
-        }
-        if (r.fault != Fault::none) s.report.flag(r.fault, r.particle);
-    }
-    s.report.move += move;
-    if (reach >= 0) s.report.reach = reach;  // measured by passes that move particles
 }
 
 template <int D>
@@ -665,71 +482,6 @@ void Explicit<D>::constrain(State<D>& s, Lanes* nodes, const Kick& by, Velocity 
         s.field.wall_nodes.repeat(walls, s.wall_shifts, nodes, velocities(walls, by.when.t), by.when, {nullptr, by.dt});
     constrain_enriched(model(), s, nodes, by.when, walls, sums, pic_fraction(s));
     s.field.halo.copy(nodes);
-}
-
-/// Adds the nodes that bodies with conditions reach to those that planes and regions hold.
-template <int D>
-void Explicit<D>::find_held_by_bodies(State<D>& s) const
-{
-    const auto& conditions = model().conditions;
-    if (std::none_of(conditions.begin(), conditions.end(), [](const auto& b) { return b.body.has_value(); })) return;
-    s.field.constraints = s.field.placed;
-    s.held_corners.assign(s.particles.enriched.size(), 0);
-    make_room(s.body_nodes, s.field.nodes.size());
-    Lanes* reached = s.body_nodes.data();
-    for (std::size_t k = 0; k < conditions.size(); ++k) {
-        if (!conditions[k].body) continue;
-        scatter_body(s, *conditions[k].body, reached);
-        const double least = kRounding * least_mass(s, *conditions[k].body);
-        const int number   = static_cast<int>(k);
-        s.field.tiles.for_each_node([&](const Index<D>& at, std::ptrdiff_t node) {
-            if (reached[node][NodeLane::mass] > least)
-                s.field.constraints.add(conditions, number, node, Constraints<D>::place_of(s.lattice, at),
-                                        s.lattice.is_image(at) || !s.field.tiles.counts_record(node));
-        });
-        for (std::size_t e = 0; e < s.particles.enriched.size(); ++e) {
-            const int c               = s.particles.enriched[e];
-            const std::ptrdiff_t node = s.particles.corner_node[c];
-            if (node < 0 || !(reached[node][NodeLane::mass] > least)) continue;
-            s.field.constraints.add(conditions, number, node, s.lattice.inside_period(s.particles.corner[c]), false);
-            for (int a = 0; a < D; ++a)
-                if (conditions[k].constrains(a)) s.held_corners[e] |= static_cast<unsigned char>(1u << a);
-        }
-    }
-    s.field.constraints.keep_last();
-    s.field.wall_nodes.leave(s.field.constraints);
-}
-
-/// Of the particles of a body, kg. Found once, because masses do not change.
-template <int D>
-double Explicit<D>::least_mass(State<D>& s, int body) const
-{
-    if (s.least_masses.empty()) {
-        const Particles<D>& p = s.particles;
-        s.least_masses.assign(static_cast<std::size_t>(body_count(s)), HUGE_VAL);
-        for (int i = 0; i < p.count; ++i) s.least_masses[p.body[i]] = std::min(s.least_masses[p.body[i]], p.m[i]);
-        for (double& m : s.least_masses) m *= -1;
-        s.ranks->largest(s.least_masses);
-        for (double& m : s.least_masses) m *= -1;
-    }
-    return s.least_masses[body];
-}
-
-/// Masses and momenta of one body's particles at the nodes.
-template <int D>
-void Explicit<D>::scatter_body(State<D>& s, int body, Lanes* nodes) const
-{
-    clear_nodes(s, nodes);
-    const Sweep<D> view    = sweep(s, nodes, 0.0);
-    const std::int32_t* of = s.particles.body.data();
-    s.field.tiles.for_each_by_colour({{nodes}}, [&](const Tile& tile) {
-        for (int begin = tile.begin, end = begin; begin < tile.end; begin = end + 1) {
-            end = begin;
-            while (end < tile.end && of[end] == body) ++end;
-            if (begin < end) passes_.project(in_field_of(tile, view), begin, end);
-        }
-    });
-    s.field.halo.add(nodes, 0, NodeLane::end);
 }
 
 template class Explicit<1>;

@@ -8,8 +8,12 @@
 #include "method/spec.hpp"
 
 #include <cstddef>
+#include <vector>
 
 namespace ordo {
+
+template <int D>
+struct NodeWeight;
 
 /// Fits of nodal velocities; all null if the projection is not a fit.
 template <int D>
@@ -77,6 +81,10 @@ struct Passes {
     Gather deform;           ///< F_p, V_p after the coming step, or (USF) after the previous one; then StressUpdate
     Gather move;             ///< x_p and domains; null with cells
     Gather update_all;       ///< all in one sweep, L_p included
+
+    // For implicit steps, see kernels/sample.hpp.
+    void (*sample)(const Sweep<D>&, Vec<D>* value, Mat<D>* gradient, int begin, int end);
+    void (*list_weights)(const Sweep<D>&, int i, std::vector<NodeWeight<D>>&);
 
     void (*move_corners)(const Sweep<D>&, std::ptrdiff_t begin, std::ptrdiff_t end);  ///< x_c; null without cells
     Gather follow_corners;                                                            ///< x_p and V_p; null without cells

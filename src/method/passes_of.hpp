@@ -4,6 +4,7 @@
 #include "kernels/affine.hpp"
 #include "kernels/evolve.hpp"
 #include "kernels/gather.hpp"
+#include "kernels/sample.hpp"
 #include "kernels/scatter.hpp"
 #include "method/passes.hpp"
 #include "shape/box.hpp"
@@ -47,6 +48,8 @@ Passes<S::dim> passes_of_shape(const MethodSpec& spec)
     p.evolve    = [](const Sweep<D>& s, int i) { Evolution::apply(s, Batch{i, 1}); };
     p.reach     = [](const Lattice<D>& g, const ParticleView<D>& view, int i) { return S::reach(g, view, Batch{i, 1})[0]; };
     p.max_reach = S::max_reach;
+    p.sample       = sample<S>;
+    p.list_weights = list_weights<S>;
 
     if constexpr (!is_plain<S>) {
         p.apply_mass = apply_mass<S>;

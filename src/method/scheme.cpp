@@ -122,8 +122,9 @@ State<D> Scheme<D>::start_deformed(Particles<D> particles, Ranks& ranks) const
 {
     if (!ranks.is_alone()) require_shareable(model_);
     State<D> s{};
-    s.ranks     = &ranks;
-    s.particles = std::move(particles);
+    s.ranks            = &ranks;
+    s.newton.is_wanted = is_implicit(model_.method);
+    s.particles        = std::move(particles);
     s.wall_shifts.assign(model_.walls.size(), {});
     s.account.boundaries.resize(boundary_count(model_));
     s.account.tractions.resize(model_.tractions.size());

@@ -1,5 +1,5 @@
-// The interface of time stepping, on the host, called once a step. Explicit uses passes over particles and nodes, SplineScheme
-// fits splines.
+// The interface of time stepping, on the host, called once a step. Explicit uses passes over particles and nodes, Implicit solves equations
+// made of them, SplineScheme fits splines.
 #pragma once
 
 #include "method/node_list.hpp"
@@ -58,6 +58,8 @@ class Scheme {
     void evaluate_external_forces(State<D>& s, double t) const;
     /// Adds a step to `t`.
     static void advance_time(State<D>& s, double dt);
+    /// Sorts the particles if they have moved too far since the last sort.
+    void arrange(State<D>& s) const;
 
   private:
     /// Sets the domains of the particles from F, and their reach.
@@ -68,8 +70,6 @@ class Scheme {
     virtual void take_step(State<D>& s, double dt) const = 0;
     /// The same, and adds to `account`.
     void take_accounted_step(State<D>& s, double dt) const;
-
-    void arrange(State<D>& s) const;
 
     Model<D> model_;
     bool has_body_force_;

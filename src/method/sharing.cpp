@@ -26,6 +26,7 @@ std::string alone_because(const Model<D>& model)
     } reasons[] = {
         {is_spline_fit(m), "spline fits solve for all nodes at once"},
         {m.mass == MassMatrix::consistent, "the consistent mass matrix couples all nodes; use mass = \"lumped\""},
+        {is_implicit(m), "implicit steps solve for all nodes at once; use scheme = \"usl\" or \"musl\""},
         {has_enrichment(m), "enriched corners are not shared; use enrichment = \"none\""},
     };
     for (const auto& one : reasons)

@@ -20,7 +20,7 @@ enum class MassMatrix { lumped, consistent };
 enum class Gradient { shape, adjoint, affine, projected };
 enum class Update { flip, apic, polypic };
 enum class Filter { none, xpic, fmpm };
-enum class TimeScheme { usf, usl, musl, rk3, rk4 };
+enum class TimeScheme { usf, usl, musl, rk3, rk4, midpoint, newmark, quasi_static };
 enum class Start { leapfrog, plain };
 enum class Averaging { none, cell, node };
 
@@ -60,6 +60,12 @@ struct MethodSpec {
     double null_damping            = 0.01;
     double linear_viscosity        = 0.0;
     double quadratic_viscosity     = 0.0;
+    double newmark_beta            = 0.25;
+    double newmark_gamma           = 0.5;
+    double newton_tolerance        = 1e-9;
+    double newton_iterations       = 30;
+    double step_halvings           = 10;
+    double ghost_penalty           = -1.0;  ///< negative: of the scheme, see ghost_penalty_of
 
     bool operator==(const MethodSpec&) const = default;
 };
@@ -74,6 +80,15 @@ inline bool is_spline_fit(const MethodSpec& s) { return s.projection == Projecti
 inline bool has_stages_of_runge_kutta(const MethodSpec& s) { return s.scheme == TimeScheme::rk3 || s.scheme == TimeScheme::rk4; }
 /// The number of stages of a Runge-Kutta scheme.
 inline int stages_of(TimeScheme scheme) { return scheme == TimeScheme::rk3 ? 3 : 4; }
+/// The scheme of docs/implicit.md: each step solves equations for the displacements of nodes.
+inline bool is_implicit(const MethodSpec& s)
+{
+    return s.scheme == TimeScheme::midpoint || s.scheme == TimeScheme::newmark || s.scheme == TimeScheme::quasi_static;
+}
+/// The same without inertia.
+inline bool is_static(const MethodSpec& s) { return s.scheme == TimeScheme::quasi_static; }
+/// Of implicit schemes.
+inline double ghost_penalty_of(const MethodSpec& s) { return s.ghost_penalty >= 0 ? s.ghost_penalty : 0.001; }
 /// The degree of the splines; 1 for hats.
 inline int degree_of(Basis basis)
 {

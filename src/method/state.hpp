@@ -213,6 +213,28 @@ struct FilterNodes {
     Array<Vec<D>> kept, kept_of_corners;  ///< velocities of particles and corners meanwhile, m/s
 };
 
+/// Newton's method in a step of an implicit scheme.
+struct NewtonReport {
+    int iterations = 0, linear_iterations = 0;
+    std::vector<double> residuals;  ///< before each iteration and at the end, N
+};
+
+/// The same since the start.
+struct NewtonCounts {
+    bool is_wanted    = false;  ///< the scheme is implicit
+    double iterations = 0.0, linear_iterations = 0.0, halvings = 0.0;
+    double residual = 0.0;  ///< at the end of the last step, N
+    NewtonReport last;
+
+    void add(const NewtonReport& r)
+    {
+        iterations += r.iterations;
+        linear_iterations += r.linear_iterations;
+        residual = r.residuals.empty() ? 0.0 : r.residuals.back();
+        last     = r;
+    }
+};
+
 /// All that a step changes.
 template <int D>
 struct State {
@@ -252,6 +274,7 @@ struct State {
     std::vector<Vec<D>> wall_shifts;  ///< how far each wall has moved since t = 0, m
 
     TileReport report;  ///< of the tiles in this step, until ranks agree at its end
+    NewtonCounts newton;
 
     int stage             = 0;                                        ///< of the run
     double kinetic_energy = 0.0;                                      ///< after the last step, J; if velocities are damped
@@ -355,6 +378,7 @@ FieldGroups field_groups(const Model<D>& model)
     g.traction        = !model.tractions.empty();
     g.gradient        = carries_gradient(model.method);
     g.modes           = model.method.projection == Projection::polynomial;
+    g.acceleration    = model.method.scheme == TimeScheme::newmark;
     g.corner_samples  = g.cells && model.method.samples == Samples::corners;
     g.corner_velocity = g.corner_samples || keeps_corner_velocity(model.method);
     for (int a = 0; a < D; ++a) g.periodic = g.periodic || model.periodic[a];

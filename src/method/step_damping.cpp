@@ -67,7 +67,7 @@ double unbalanced(const Model<D>& model, const State<D>& s, const double* before
 template <int D>
 double kick_of(const Model<D>& model, const State<D>& s, double dt)
 {
-    return has_stages_of_runge_kutta(model.method) ? dt : 0.5 * (s.dt_prev + dt);
+    return has_stages_of_runge_kutta(model.method) || is_implicit(model.method) ? dt : 0.5 * (s.dt_prev + dt);
 }
 
 /// The root of kinetic over stored energy.

@@ -183,8 +183,16 @@ constexpr Choice<TimeScheme> choices_of_scheme[] = {
     {TimeScheme::usl, "usl", "stress last, from the advanced velocity"},
     {TimeScheme::musl, "musl", "stress last, from the velocity projected again after the particle update"},
     {TimeScheme::rk3, "rk3", "Heun's Runge-Kutta method of third order, three stages, on the particles"},
-    {TimeScheme::rk4, "rk4", "the classical Runge-Kutta method of fourth order, four stages"}};
-constexpr AxisRow<TimeScheme> row_of(TimeScheme) { return {"scheme", "when the stress is updated", choices_of_scheme}; }
+    {TimeScheme::rk4, "rk4", "the classical Runge-Kutta method of fourth order, four stages"},
+    {TimeScheme::midpoint, "midpoint",
+     "implicit: the midpoint rule with stresses that keep energy and angular momentum (Simo & Tarnow 1992; Gonzalez 2000; "
+     "docs/implicit.md)"},
+    {TimeScheme::newmark, "newmark", "implicit: Newmark's method with newmark_beta and newmark_gamma (Guilkey & Weiss 2003)"},
+    {TimeScheme::quasi_static, "static", "implicit: equilibrium at the end of each step, without inertia; time is the load"}};
+constexpr AxisRow<TimeScheme> row_of(TimeScheme)
+{
+    return {"scheme", "when the stress is updated, or how a step is solved for", choices_of_scheme};
+}
 
 constexpr Choice<Start> choices_of_start[] = {
     {Start::leapfrog, "leapfrog", "the first kick is a half step: velocities live at t - dt/2"},
@@ -227,7 +235,20 @@ constexpr Setting kSettings[] = {
     Setting{"linear_viscosity", &MethodSpec::linear_viscosity, 0, 10,
             "Landshoff's artificial viscosity, pressure rho c h |tr d| in compression; 0.06 is usual for shocks"},
     Setting{"quadratic_viscosity", &MethodSpec::quadratic_viscosity, 0, 10,
-            "that of von Neumann and Richtmyer, the root of the factor of rho h^2 (tr d)^2; 1.5 is usual for shocks"}};
+            "that of von Neumann and Richtmyer, the root of the factor of rho h^2 (tr d)^2; 1.5 is usual for shocks"},
+    Setting{"newmark_beta", &MethodSpec::newmark_beta, 0.01, 1, "newmark: part of the new acceleration in displacements"},
+    Setting{"newmark_gamma", &MethodSpec::newmark_gamma, 0.5, 1,
+            "newmark: part of the new acceleration in velocities; above 0.5 damps, of first order"},
+    Setting{"newton_tolerance", &MethodSpec::newton_tolerance, 1e-14, 1e-2,
+            "implicit schemes: residual at which Newton's method ends, relative to the forces on the nodes"},
+    Setting{"newton_iterations", &MethodSpec::newton_iterations, 1, 1000,
+            "implicit schemes: iterations after which a step is halved", true},
+    Setting{"step_halvings", &MethodSpec::step_halvings, 0, 30,
+            "implicit schemes: how often a step that does not converge is halved before the run ends", true},
+    Setting{"ghost_penalty", &MethodSpec::ghost_penalty, 0, 100,
+            "implicit schemes: stiffness against jumps of derivatives next to nodes with little of a body, relative to the "
+            "material's (Burman 2010; Coombs 2023)",
+            false, "0.001 with these schemes"}};
 
 }  // namespace
 
@@ -308,6 +329,39 @@ const std::vector<Rule>& rules()
         {[](const MethodSpec& s) { return s.strain_velocity >= 0 && !updates_stress_last(s); },
          "strain_velocity with scheme usf, rk3 or rk4",
          "it blends the velocities of usl and musl, and these schemes have one velocity for the strain: use scheme usl or musl"},
+        {[](const MethodSpec& s) {
+             return is_implicit(s) && (s.basis == Basis::ddmpm || has_enrichment(s) || s.weights == CornerWeights::mean);
+         },
+         "scheme midpoint, newmark or static with basis ddmpm, enrichment or cell_weights mean",
+         "the tangent does not know how their functions depend on masses or corners: use basis hat, bspline2 or bspline3"},
+        {[](const MethodSpec& s) {
+             return is_implicit(s) &&
+                    (s.projection != Projection::mass || s.quadrature != Quadrature::particle || s.gradient != Gradient::shape ||
+                     s.update != Update::flip || s.filter != Filter::none || has_artificial_viscosity(s));
+         },
+         "scheme midpoint, newmark or static with a projection other than mass, a quadrature other than particle, a gradient "
+         "other than shape, an update other than flip, a filter or artificial viscosity",
+         "the equations of an implicit step have forces that are the derivatives of an energy, and gradients that are their "
+         "transpose: take the plain choices of these axes"},
+        {[](const MethodSpec& s) { return is_implicit(s) && (s.start != Start::leapfrog || s.stretch_limit > 0); },
+         "scheme midpoint, newmark or static with start plain or stretch_limit",
+         "their velocities are those at the times of positions, and their domains follow all of the deformation"},
+        {[](const MethodSpec& s) { return is_static(s) && (s.mass == MassMatrix::consistent || s.pic_fraction > 0); },
+         "scheme static with mass consistent or pic_fraction", "equilibrium has no inertia and no velocities"},
+        {[](const MethodSpec& s) {
+             const MethodSpec usual;
+             return s.scheme != TimeScheme::newmark &&
+                    (s.newmark_beta != usual.newmark_beta || s.newmark_gamma != usual.newmark_gamma);
+         },
+         "newmark_beta or newmark_gamma with a scheme other than newmark", "they are parameters of scheme newmark"},
+        {[](const MethodSpec& s) {
+             const MethodSpec usual;
+             return !is_implicit(s) &&
+                    (s.newton_tolerance != usual.newton_tolerance || s.newton_iterations != usual.newton_iterations ||
+                     s.step_halvings != usual.step_halvings || s.ghost_penalty >= 0);
+         },
+         "newton_tolerance, newton_iterations, step_halvings or ghost_penalty with an explicit scheme",
+         "they are parameters of the equations that schemes midpoint, newmark and static solve"},
         {[](const MethodSpec& s) { return s.pic_fraction > 0 && s.update != Update::flip; },
          "pic_fraction with an update other than flip", "apic and polypic always take the whole node velocity"},
         {[](const MethodSpec& s) {

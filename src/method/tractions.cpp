@@ -38,32 +38,52 @@ int add_loads(std::vector<Load<D>>& loads, Particles<D>& p, const CellMesh<D>& m
 }
 
 template <int D>
+FaceShape<D> shape_of_face(const Load<D>& load, const Lattice<D>& g, const ParticleView<D>& p, std::ptrdiff_t i)
+{
+    if (!p.cell) return {cofactor(p.F[i]) * load.area0, p.F[i] * load.arm0};
+    Vec<D> at[Face<D>::max_corners]{};
+    for (int c = 0; c < load.face.count; ++c) {
+        at[c] = p.corner[p.cell[i][load.face.corner[c]]];
+        for (int a = 0; a < D; ++a)
+            if (g.periodic[a]) at[c][a] -= p.turns[i][a] * (g.cells[a] * g.h[a]);
+    }
+    return {D == 1 ? load.area0 : face_area(at, load.face.count), face_center(at, load.face.count) - p.x[i]};
+}
+
+template <int D>
+Vec<D> force_on(const Load<D>& load, const std::vector<Traction<D>>& tractions, const Vec<D>& area, const Vec<D>& center,
+                double t)
+{
+    const Traction<D>& traction = tractions[load.traction];
+    const FieldPoint place{padded(center), padded(load.center0), t};
+    switch (traction.type) {
+    case TractionType::pressure: return -traction.value[0](place) * area;
+    case TractionType::traction: return load.share * norm(area) * evaluate<D>(traction.value, place);
+    case TractionType::dead: return load.share * norm(load.area0) * evaluate<D>(traction.value, place);
+    }
+    return {};
+}
+
+template <int D>
+Vec<D> force_by_area(const Load<D>& load, const std::vector<Traction<D>>& tractions, const Vec<D>& area, const Vec<D>& d_area,
+                     const Vec<D>& center, double t)
+{
+    const Traction<D>& traction = tractions[load.traction];
+    const FieldPoint place{padded(center), padded(load.center0), t};
+    switch (traction.type) {
+    case TractionType::pressure: return -traction.value[0](place) * d_area;
+    case TractionType::traction: return load.share * dot(area, d_area) / norm(area) * evaluate<D>(traction.value, place);
+    case TractionType::dead: break;
+    }
+    return {};
+}
+
+template <int D>
 LoadedFace<D> loaded_face(const Load<D>& load, const std::vector<Traction<D>>& tractions, const Lattice<D>& g,
                           const ParticleView<D>& p, std::ptrdiff_t i, double t)
 {
-    LoadedFace<D> r{};
-    Vec<D> area{};
-    if (p.cell) {
-        Vec<D> at[Face<D>::max_corners]{};
-        for (int c = 0; c < load.face.count; ++c) {
-            at[c] = p.corner[p.cell[i][load.face.corner[c]]];
-            for (int a = 0; a < D; ++a)
-                if (g.periodic[a]) at[c][a] -= p.turns[i][a] * (g.cells[a] * g.h[a]);
-        }
-        area  = D == 1 ? load.area0 : face_area(at, load.face.count);
-        r.arm = face_center(at, load.face.count) - p.x[i];
-    } else {
-        area  = cofactor(p.F[i]) * load.area0;
-        r.arm = p.F[i] * load.arm0;
-    }
-    const Traction<D>& traction = tractions[load.traction];
-    const FieldPoint place{padded(g.inside_period(p.x[i] + r.arm)), padded(load.center0), t};
-    switch (traction.type) {
-    case TractionType::pressure: r.force = -traction.value[0](place) * area; break;
-    case TractionType::traction: r.force = load.share * norm(area) * evaluate<D>(traction.value, place); break;
-    case TractionType::dead: r.force = load.share * norm(load.area0) * evaluate<D>(traction.value, place); break;
-    }
-    return r;
+    const FaceShape<D> face = shape_of_face(load, g, p, i);
+    return {force_on(load, tractions, face.area, g.inside_period(p.x[i] + face.arm), t), face.arm};
 }
 
 template <int D>
@@ -83,23 +103,20 @@ void evaluate_loads(const std::vector<Load<D>>& loads, const std::vector<Tractio
     });
 }
 
-template int add_loads(std::vector<Load<1>>&, Particles<1>&, const CellMesh<1>&, int, int,
-                       const std::function<double(const Vec<1>&, const Vec<1>&)>&);
-template int add_loads(std::vector<Load<2>>&, Particles<2>&, const CellMesh<2>&, int, int,
-                       const std::function<double(const Vec<2>&, const Vec<2>&)>&);
-template int add_loads(std::vector<Load<3>>&, Particles<3>&, const CellMesh<3>&, int, int,
-                       const std::function<double(const Vec<3>&, const Vec<3>&)>&);
-template LoadedFace<1> loaded_face(const Load<1>&, const std::vector<Traction<1>>&, const Lattice<1>&, const ParticleView<1>&,
-                                   std::ptrdiff_t, double);
-template void evaluate_loads(const std::vector<Load<1>>&, const std::vector<Traction<1>>&, const Lattice<1>&,
-                             const ParticleView<1>&, double);
-template LoadedFace<2> loaded_face(const Load<2>&, const std::vector<Traction<2>>&, const Lattice<2>&, const ParticleView<2>&,
-                                   std::ptrdiff_t, double);
-template void evaluate_loads(const std::vector<Load<2>>&, const std::vector<Traction<2>>&, const Lattice<2>&,
-                             const ParticleView<2>&, double);
-template LoadedFace<3> loaded_face(const Load<3>&, const std::vector<Traction<3>>&, const Lattice<3>&, const ParticleView<3>&,
-                                   std::ptrdiff_t, double);
-template void evaluate_loads(const std::vector<Load<3>>&, const std::vector<Traction<3>>&, const Lattice<3>&,
-                             const ParticleView<3>&, double);
+#define ORDO_TRACTIONS(D)                                                                                                       \
+    template int add_loads(std::vector<Load<D>>&, Particles<D>&, const CellMesh<D>&, int, int,                                  \
+                           const std::function<double(const Vec<D>&, const Vec<D>&)>&);                                         \
+    template FaceShape<D> shape_of_face(const Load<D>&, const Lattice<D>&, const ParticleView<D>&, std::ptrdiff_t);             \
+    template Vec<D> force_on(const Load<D>&, const std::vector<Traction<D>>&, const Vec<D>&, const Vec<D>&, double);            \
+    template Vec<D> force_by_area(const Load<D>&, const std::vector<Traction<D>>&, const Vec<D>&, const Vec<D>&, const Vec<D>&, \
+                                  double);                                                                                      \
+    template LoadedFace<D> loaded_face(const Load<D>&, const std::vector<Traction<D>>&, const Lattice<D>&,                      \
+                                       const ParticleView<D>&, std::ptrdiff_t, double);                                         \
+    template void evaluate_loads(const std::vector<Load<D>>&, const std::vector<Traction<D>>&, const Lattice<D>&,               \
+                                 const ParticleView<D>&, double);
+ORDO_TRACTIONS(1)
+ORDO_TRACTIONS(2)
+ORDO_TRACTIONS(3)
+#undef ORDO_TRACTIONS
 
 }  // namespace ordo

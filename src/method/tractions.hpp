@@ -43,6 +43,24 @@ template <int D>
 int add_loads(std::vector<Load<D>>& loads, Particles<D>& p, const CellMesh<D>& mesh, int first, int index,
               const std::function<double(const Vec<D>& normal, const Vec<D>& center)>& share);
 
+/// The area vector, outwards, m^(D-1), of a loaded face and its centre from the particle, m.
+template <int D>
+struct FaceShape {
+    Vec<D> area, arm;
+};
+
+/// The face of particle i with this load.
+template <int D>
+FaceShape<D> shape_of_face(const Load<D>& load, const Lattice<D>& g, const ParticleView<D>& p, std::ptrdiff_t i);
+/// The force, N, of a load on a face with this area vector and centre at time t.
+template <int D>
+Vec<D> force_on(const Load<D>& load, const std::vector<Traction<D>>& tractions, const Vec<D>& area, const Vec<D>& center,
+                double t);
+/// Its change with the area vector, in the direction d_area.
+template <int D>
+Vec<D> force_by_area(const Load<D>& load, const std::vector<Traction<D>>& tractions, const Vec<D>& area, const Vec<D>& d_area,
+                     const Vec<D>& center, double t);
+
 /// A loaded face at a time.
 template <int D>
 struct LoadedFace {

@@ -1,5 +1,6 @@
 #include "setup/schemes.hpp"
 
+#include "implicit/scheme.hpp"
 #include "method/explicit.hpp"
 #include "setup/surface.hpp"
 #include "spline/scheme.hpp"
@@ -33,6 +34,16 @@ void set_up_splines(const CaseSpec<D>& spec, Model<D>& model, int particles)
 }
 
 template <int D>
+void set_up_implicit(const CaseSpec<D>&, Model<D>& model, int)
+{
+    try {
+        require_implicit_model(model);
+    } catch (const InputError& e) {
+        throw SetupError(Part::method, 0, "scheme", e.what());
+    }
+}
+
+template <int D>
 void set_up_nothing(const CaseSpec<D>&, Model<D>&, int)
 {}
 
@@ -58,6 +69,7 @@ std::unique_ptr<Scheme<D>> make(Model<D> model)
 template <int D>
 constexpr SchemeRow<D> kSchemes[] = {
     {is_spline_fit, make<SplineScheme<D>, D>, setup::set_up_splines<D>},
+    {is_implicit, make<Implicit<D>, D>, setup::set_up_implicit<D>},
     {[](const MethodSpec&) { return true; }, make<Explicit<D>, D>, setup::set_up_nothing<D>},
 };
 

@@ -18,8 +18,10 @@ void require_stable(const TimeSpec& time, const Model<D>& model, const Particles
     auto fail = [](const char* key, const std::string& why) { throw SetupError(Part::time, 0, key, why); };
     if (!(time.end > 0)) fail("end", fmt::format("must be positive (got {})", time.end));
     if (time.dt && !(*time.dt > 0)) fail("dt", fmt::format("must be positive (got {})", *time.dt));
-    if (!time.dt && !(time.cfl > 0 && time.cfl <= 1))
-        fail("cfl", fmt::format("must be positive and at most 1 (got {})", time.cfl));
+    if (!time.dt && is_static(model.method))
+        fail("dt", "is missing: with scheme static time is only the load, so nothing else tells the size of its steps");
+    if (!time.dt && !(time.cfl > 0 && (time.cfl <= 1 || is_implicit(model.method))))
+        fail("cfl", fmt::format("must be positive{} (got {})", is_implicit(model.method) ? "" : " and at most 1", time.cfl));
     const double limit = stable_time_step(model, particles, ranks);
     if (time.dt && *time.dt > limit)
         fail("dt", fmt::format(

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "base/gauss_rule.hpp"
+#include "grid/cox_de_boor.hpp"
 #include "spline/axis.hpp"
 #include "spline/cut_rule.hpp"
 #include "spline/matrix.hpp"
@@ -13,21 +14,6 @@
 #include <vector>
 
 namespace ordo {
-
-/// The derivative of order P in `span` of the functions from number `span` on, per cell^P.
-template <int P>
-void highest_derivative(const SplineAxis& axis, int span, double (&of)[P + 1])
-{
-    double d[P + 1][P + 1] = {};  // row j: coefficient j of the current derivative, in terms of the splines' coefficients
-    for (int j = 0; j <= P; ++j) d[j][j] = 1.0;
-    for (int r = 1; r <= P; ++r)
-        for (int j = P; j >= r; --j) {
-            const int i         = span + j;
-            const double factor = (P - r + 1) / (axis.knot(i - r + 1) - axis.knot(i - P));
-            for (int k = 0; k <= P; ++k) d[j][k] = factor * (d[j][k] - d[j - 1][k]);
-        }
-    for (int k = 0; k <= P; ++k) of[k] = d[P][k];
-}
 
 /// g(u, v) = sum over faces of the integral of [d^P u/dn^P] [d^P v/dn^P], lengths in cells. Its matrix is G.
 template <int D>

@@ -1,0 +1,27 @@
+// Newton's method for the equations of a step, with linear solves as accurate as they need to be and a line search.
+#pragma once
+
+#include "method/state.hpp"
+#include "solve/grid_multigrid.hpp"
+
+#include <string>
+#include <vector>
+
+namespace ordo {
+
+template <int D>
+class StepEquations;
+
+/// How Newton's method ended.
+struct NewtonResult {
+    bool converged = false;
+    std::string why;                 ///< not, if it did not
+    std::vector<double> u, missing;  ///< displacements, m, and the residual there, N
+    NewtonReport report;
+};
+
+template <int D>
+NewtonResult solve_step(StepEquations<D>& equations, const MethodSpec& method, const Vec<D, bool>& periodic,
+                        const Index<D>& cells);
+
+}  // namespace ordo

@@ -1,0 +1,154 @@
+#include "implicit/obstacle_forces.hpp"
+
+#include "method/contact_points.hpp"
+#include "method/obstacle.hpp"
+#include "method/vertex_rows.hpp"
+#include "shape/curved_face.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ordo {
+
+template <int D>
+ObstacleForces<D>::ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness)
+    : model_(model), s_(s), dt_(dt), k_(0.0), first_{0}
+{
+    if constexpr (D > 1) {
+        if (model.obstacles.empty()) return;
+        kick(model.obstacles, s.contacts.obstacles, model.gravity, s.t + 0.5 * dt, dt);
+        for (const Material& m : model.materials) k_ = std::max(k_, m.p_wave_modulus());
+        const double h = *std::min_element(model.h.c, model.h.c + D);
+        k_ *= stiffness / h;
+        touching_ = 1e-9 * h;
+        std::vector<std::vector<Vec<D>>> vertices;
+        for (const ContactSurface<D>& surface : model.surfaces) vertices.push_back(vertices_of(surface, model, s));
+        points_ = find_contact_points(model, s, vertices, dt);
+        VertexRows<D> one(s, 1);
+        auto add = [&](const Vec<D>& x, double part) {
+            one.set(0, x, 0);
+            for (std::size_t n = 0; n < one.size(); ++n)
+                if (const int row = rows.row(one.node(0, n)); row > 0 && one.weight(0, n) != 0.0)
+                    weights_.push_back({row, part * one.weight(0, n)});
+        };
+        for (const ContactPoint<D>& point : points_) {
+            const int surface = pair_of(point).surface[point.key.side];
+            if (surface < 0) {
+                add(point.x, 1.0);
+            } else if (pair_of(point).on_faces) {
+                const Outline<D>& outline  = model.surfaces[surface].outline;
+                const FacePoint<D>& inside = face_points<D>(outline.faces[point.key.of].count)[point.key.ordinal];
+                for (int c = 0; c < outline.faces[point.key.of].count; ++c)
+                    add(vertices[surface][outline.vertices[point.key.of][c]], inside.weight[c]);
+            } else {
+                add(vertices[surface][point.key.of], 1.0);
+            }
+            first_.push_back(static_cast<int>(weights_.size()));
+        }
+        force_.resize(points_.size());
+        moved_.resize(points_.size());
+        traction_.resize(points_.size());
+        stiffness_.resize(points_.size());
+    }
+}
+
+template <int D>
+Vec<D> ObstacleForces<D>::motion_of(std::size_t q, std::span<const double> u) const
+{
+    Vec<D> r{};
+    for (int i = first_[q]; i < first_[q + 1]; ++i)
+        for (int a = 0; a < D; ++a) r[a] += weights_[i].value * u[D * (weights_[i].row - 1) + a];
+    return r;
+}
+
+template <int D>
+Vec<D> ObstacleForces<D>::motion_of_obstacle(std::size_t q) const
+{
+    return dt_ * velocity_at(s_.contacts.obstacles[pair_of(points_[q]).obstacle], points_[q].x);
+}
+
+/// The anchor is the slip since a point sticks, of tied points all of their motion.
+template <int D>
+void ObstacleForces<D>::add_forces(std::span<const double> u, std::span<double> r)
+{
+    for (std::size_t q = 0; q < points_.size(); ++q) {
+        const ContactPoint<D>& point = points_[q];
+        const ContactPair<D>& pair   = pair_of(point);
+        const Vec<D>& n              = point.normal;
+        const Mat<D> across = outer(n, n), along = Mat<D>::identity() - across;
+        const Vec<D> d    = motion_of(q, u) - motion_of_obstacle(q);
+        const double open = point.is_tied ? dot(point.anchor + d, n) : point.gap + dot(d, n), p = -k_ * open;
+        const bool presses = point.is_tied || open <= touching_;  // a body that only lies there at first is held too
+        Vec<D> t           = -k_ * (along * (point.anchor + d));
+        Mat<D> K{};
+        if (presses) K = k_ * across;
+        if (!presses || (pair.type == ContactType::frictionless && !point.is_tied)) {
+            t = {};
+        } else {
+            const double limit = pair.friction * std::max(p, 0.0) + pair.adhesion, size = norm(t);
+            const bool grips = point.is_tied || pair.type == ContactType::no_slip || pair.type == ContactType::tied;
+            if (grips || size <= limit) {
+                K += k_ * along;
+            } else {
+                const Vec<D> way = (1 / size) * t;
+                t                = limit * way;
+                K += (k_ * limit / size) * (along - outer(way, way)) + pair.friction * k_ * outer(way, n);
+            }
+        }
+        moved_[q]     = d;
+        traction_[q]  = (presses ? p : 0.0) * n + t;
+        force_[q]     = point.area * traction_[q];
+        stiffness_[q] = point.area * K;
+        for (int i = first_[q]; i < first_[q + 1]; ++i)
+            for (int a = 0; a < D; ++a) r[D * (weights_[i].row - 1) + a] += weights_[i].value * force_[q][a];
+    }
+}
+
+template <int D>
+void ObstacleForces<D>::add_product(std::span<const double> x, std::span<double> y) const
+{
+    for (std::size_t q = 0; q < points_.size(); ++q) {
+        const Vec<D> change = stiffness_[q] * motion_of(q, x);
+        for (int i = first_[q]; i < first_[q + 1]; ++i)
+            for (int a = 0; a < D; ++a) y[D * (weights_[i].row - 1) + a] -= weights_[i].value * change[a];
+    }
+}
+
+/// A point that slides keeps the part of its slip that its shear stress holds.
+template <int D>
+void ObstacleForces<D>::finish()
+{
+    if constexpr (D > 1) {
+        if (model_.obstacles.empty()) return;
+        s_.contacts.clear_forces();
+        for (std::size_t q = 0; q < points_.size(); ++q) {
+            ContactPoint<D>& point    = points_[q];
+            ObstacleMotion<D>& motion = s_.contacts.obstacles[pair_of(point).obstacle];
+            const Vec<D>& n           = point.normal;
+            const double p            = dot(traction_[q], n);
+            const Vec<D> t = traction_[q] - p * n, force = force_[q], slip = moved_[q] - dot(moved_[q], n) * n;
+            motion.exchange.force += padded(-force);
+            motion.exchange.moment += cross(padded(point.x - motion.center), padded(-force));
+            motion.exchange.dissipated -= point.area * p * dot(moved_[q], n);
+            motion.exchange.friction -= point.area * dot(t, slip);
+            motion.work -= dot(force, motion_of_obstacle(q));
+            point.sticks = p > 0 && norm(t + k_ * (point.anchor + slip - dot(point.anchor, n) * n)) <= 1e-9 * norm(t);
+            point.slip   = (1 / dt_) * slip;
+            if (point.is_tied)
+                point.anchor += moved_[q];
+            else
+                point.anchor = (-1 / k_) * t;
+            point.p = dt_ * p;
+            point.t = dt_ * t;
+        }
+        s_.contacts.dt     = dt_;
+        s_.contacts.points = std::move(points_);
+        move(model_.obstacles, model_.contacts, dt_, s_.contacts);
+    }
+}
+
+template class ObstacleForces<1>;
+template class ObstacleForces<2>;
+template class ObstacleForces<3>;
+
+}  // namespace ordo

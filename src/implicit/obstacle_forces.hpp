@@ -1,0 +1,58 @@
+// Rigid obstacles in an implicit step: forces on the points of contact that grow with their overlap and slip, and how they change.
+#pragma once
+
+#include "grid/node_rows.hpp"
+#include "method/state.hpp"
+
+#include <span>
+#include <vector>
+
+namespace ordo {
+
+/// Pressure k (-gap) where a point overlaps, shear -k slip up to Coulomb's limit, with k = stiffness M_P/h, M_P the largest P-wave modulus of the
+/// materials. Normals are those at the start of the step. Obstacles move by the velocities of its middle.
+template <int D>
+class ObstacleForces {
+  public:
+    /// Finds the points near obstacles. Sets the velocities of obstacles.
+    ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness);
+
+    /// Finds the forces for displacements u of unknown D k + a, component a of row k + 1, and adds them to r, N.
+    void add_forces(std::span<const double> u, std::span<double> r);
+    /// y += df/du x at the last of these.
+    void add_product(std::span<const double> x, std::span<double> y) const;
+    /// add(row, row, block) for the entries of -df/du.
+    template <class Add>
+    void for_each_entry(const Add& add) const
+    {
+        for (std::size_t q = 0; q < points_.size(); ++q)
+            for (int i = first_[q]; i < first_[q + 1]; ++i)
+                for (int j = first_[q]; j < first_[q + 1]; ++j)
+                    add(weights_[i].row, weights_[j].row, weights_[i].value * weights_[j].value * stiffness_[q]);
+    }
+    bool is_empty() const { return points_.empty(); }
+
+    /// Leaves points, forces and work in the state, and moves the obstacles.
+    void finish();
+
+  private:
+    struct Weight {
+        int row;
+        double value;
+    };
+    Vec<D> motion_of(std::size_t q, std::span<const double> u) const;
+    Vec<D> motion_of_obstacle(std::size_t q) const;
+    const ContactPair<D>& pair_of(const ContactPoint<D>& point) const { return model_.contacts[point.key.pair]; }
+
+    const Model<D>& model_;
+    State<D>& s_;
+    double dt_, k_, touching_ = 0.0;  ///< s; Pa/m; the gap, m, that is none
+    std::vector<ContactPoint<D>> points_;
+    std::vector<int> first_;  ///< of each point, and the end of the last: where its weights begin
+    std::vector<Weight> weights_;
+    std::vector<Vec<D>> force_, moved_;  ///< on the body, N; relative to the obstacle in the step, m
+    std::vector<Vec<D>> traction_;       ///< Pa
+    std::vector<Mat<D>> stiffness_;      ///< -d force : d motion, N/m
+};
+
+}  // namespace ordo

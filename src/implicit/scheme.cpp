@@ -1,0 +1,211 @@
+#include "implicit/scheme.hpp"
+
+#include "implicit/newton.hpp"
+#include "kernels/nodes.hpp"
+#include "kernels/sample.hpp"
+#include "method/diagnostics.hpp"
+#include "method/energy_account.hpp"
+#include "method/place.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ordo {
+
+template <int D>
+void Implicit<D>::find_projection(State<D>& s) const
+{
+    Lanes* nodes = s.field.nodes.data();
+    this->find_held_by_bodies(s);
+    this->clear_nodes(s, nodes);
+    this->scatter(s, passes().project, nodes, 0, NodeLane::end);
+    s.projection.set(mass_and_momentum(s),
+                     sum_over_nodes<4>(s, [&](std::ptrdiff_t i) { return mass_and_momentum_of(nodes[i]); }));
+    if (method().mass == MassMatrix::consistent)
+        this->solve_mass(s, nodes, MassSolver<D>::kVelocity, {});
+    else
+        momenta_to_velocities(nodes, s.field.tiles);
+    s.field.constraints.apply(model().conditions, nodes, {s.t, s.dt_prev}, ExchangeSums<D>(nullptr, 0.0), method().pic_fraction);
+    s.field.halo.copy(nodes);
+}
+
+/// In one step, or in parts of it where that does not converge.
+template <int D>
+void Implicit<D>::take_step(State<D>& s, double dt) const
+{
+    s.has_external_forces = false;
+    double left = dt, part = dt;
+    int halved = 0;
+    for (bool is_first = true; left > 1e-12 * dt; is_first = false) {
+        if (!is_first) {
+            s.drift += std::exchange(s.report.move, 0.0);
+            if (s.report.reach >= 0) s.reach = s.report.reach;
+            this->arrange(s);
+        }
+        part = std::min(part, left);
+        std::string why;
+        if (try_step(s, part, why)) {
+            if (s.report.fault != Fault::none) return;
+            left -= part;
+            continue;
+        }
+        ++s.newton.halvings;
+        if (++halved > static_cast<int>(method().step_halvings))
+            throw NumericalError(
+                fmt::format("step {}, t = {:.6g} s: a step of {:.3g} s has no solution after {} halvings: {}; a smaller time "
+                            "step or load, or more newton_iterations may help",
+                            s.n, s.t, part, halved - 1, why));
+        part *= 0.5;
+    }
+}
+
+template <int D>
+StepEquations<D> Implicit<D>::equations(State<D>& s, double dt) const
+{
+    return StepEquations<D>(model(), passes(), mass_solver(), s, dt, [this](State<D>& of, double t) {
+        of.has_external_forces = false;
+        this->evaluate_external_forces(of, t);
+    });
+}
+
+/// Nothing but s.newton changes where it fails.
+template <int D>
+bool Implicit<D>::try_step(State<D>& s, double dt, std::string& why) const
+{
+    this->find_held_by_bodies(s);
+    StepEquations<D> step = equations(s, dt);
+    if (s.projection.is_wanted) s.projection.set(mass_and_momentum(s), mass_and_momentum(s));
+    NewtonResult r = solve_step(step, method(), s.lattice.periodic, s.lattice.cells);
+    s.newton.add(r.report);
+    if (!r.converged) {
+        why = r.why + blame(s, step, r.missing);
+        return false;
+    }
+    finish(s, step, r.u, r.missing, dt);
+    return true;
+}
+
+/// Where a solution is wanting most: a particle that fails, or the particle that has most of the node with the largest missing force.
+template <int D>
+std::string Implicit<D>::blame(State<D>& s, const StepEquations<D>& step, const std::vector<double>& residual) const
+{
+    const Particles<D>& p = s.particles;
+    auto particle         = [&](int i) {
+        return fmt::format("particle {} of body {} at {}, law {}", p.id[i], p.body[i], place_text(p.x[i]),
+                                   model().materials[p.material[i]].law->name);
+    };
+    if (step.report().fault != Fault::none) return fmt::format(" ({})", particle(step.report().particle));
+    std::size_t worst = residual.size();
+    double most       = 0.0;
+    for (std::size_t k = 0; k < residual.size(); ++k)
+        if (!step.held()[k] && std::fabs(residual[k]) > most) {
+            most  = std::fabs(residual[k]);
+            worst = k;
+        }
+    if (worst == residual.size()) return "";
+    const std::ptrdiff_t node = step.node_of(worst);
+    const Sweep<D> view       = sweep(s, nullptr, 0.0);
+    std::vector<NodeWeight<D>> weights;
+    double largest = 0.0;
+    int own        = 0;
+    for (int i = 0; i < p.count; ++i) {
+        passes().list_weights(view, i, weights);
+        for (const NodeWeight<D>& w : weights)
+            if (w.node == node && w.value > largest) {
+                largest = w.value;
+                own     = i;
+            }
+    }
+    return fmt::format(" (most at the node at {}, {})", place_text(Constraints<D>::place_of(s.lattice, s.lattice.index(node))),
+                       particle(own));
+}
+
+/// Moves the particles: velocities, deformation and stresses, positions.
+template <int D>
+void Implicit<D>::finish(State<D>& s, StepEquations<D>& step, const std::vector<double>& u, const std::vector<double>& missing,
+                         double dt) const
+{
+    Lanes* nodes = s.field.nodes.data();
+    if (s.account.is_wanted) account_for(s, step, u, missing, dt);
+    if (is_static(method())) {
+        parallel_for_each(s.particles.count, [&](std::ptrdiff_t i) { s.particles.v[i] = {}; });
+    } else {
+        step.set_velocities(u, nodes);
+        gather(s, passes().update_velocity, nodes, dt);
+    }
+    if (method().scheme == TimeScheme::newmark) {
+        step.set_accelerations(u, nodes);
+        Array<Mat<D>> gradient(static_cast<std::size_t>(s.particles.count));
+        const Sweep<D> view = sweep(s, nodes, 0.0);
+        s.field.tiles.for_each([&](std::ptrdiff_t, const Tile& tile) {
+            passes().sample(view, s.particles.a.data(), gradient.data(), tile.begin, tile.end);
+        });
+    }
+    step.set_mean_velocities(u, nodes);
+    deform(s, passes().deform, nodes, dt);
+    if (passes().move) gather(s, passes().move, nodes, dt);
+    if (passes().move_corners) move_corners(s, nodes, dt);
+    if (!is_static(method())) step.set_velocities(u, nodes);  // what outputs of nodes show
+    step.finish_contact();
+    this->advance_time(s, dt);
+    s.t_v = s.t_F = s.t;
+}
+
+/// Adds the step to the account: forces over the mean velocity, and the impulses of conditions.
+template <int D>
+void Implicit<D>::account_for(State<D>& s, StepEquations<D>& step, const std::vector<double>& u,
+                              const std::vector<double>& missing, double dt) const
+{
+    Lanes* nodes = s.field.nodes.data();
+    make_room(s.forces, s.field.nodes.size());
+    make_room(s.load_nodes, s.field.nodes.size());
+    step.set_forces(s.forces.data(), false);
+    step.add_penalty_forces(u, s.forces.data());  // its work counts as the stresses': what particles do not store
+    step.set_forces(s.load_nodes.data(), true);
+    if (is_static(method()))
+        step.set_mean_velocities(u, nodes);
+    else
+        step.set_velocities(u, nodes);
+    auto add = [&](const auto& momentum) {
+        add_kick(s, model().gravity, dt, nodes, s.forces.data(), s.load_nodes.data(), momentum);
+    };
+    if (method().mass == MassMatrix::consistent) {
+        mass_solver().multiply_solution(s, sweep(s, nullptr, 0.0), nodes);
+        add([&](std::ptrdiff_t i) { return s.field.mass.q[s.field.mass.rows.row(i)]; });
+    } else {
+        add([&](std::ptrdiff_t i) { return nodes[i] * nodes[i][NodeLane::mass]; });
+    }
+    const ExchangeSums<D> sums(&s.account.of_boundaries, dt);
+    s.field.constraints.add_impulses(model().conditions, {s.t + dt, dt}, sums, [&](std::ptrdiff_t node, int a) {
+        const int row = step.rows().row(node);
+        return row > 0 && step.rows().node(row) == node ? -dt * missing[static_cast<std::size_t>(D * (row - 1) + a)] : 0.0;
+    });
+}
+
+template <int D>
+void require_implicit_model(const Model<D>& model)
+{
+    auto refuse = [](const std::string& what) {
+        throw InputError(
+            fmt::format("method: scheme midpoint, newmark or static does not take {} yet: take scheme usl or musl", what));
+    };
+    for (const ContactPair<D>& pair : model.contacts)
+        if (pair.obstacle < 0) refuse("[[contact]]");
+    for (const Obstacle<D>& obstacle : model.obstacles)
+        if (obstacle.is_moved()) refuse(fmt::format("obstacle \"{}\", which forces move,", obstacle.name));
+    if (!model.walls.empty()) refuse("boundaries of type wall (an [[obstacle]] of shape half-space takes their place)");
+    for (const Material& m : model.materials)
+        if (m.law->outside) refuse(fmt::format("the law {} from outside, whose derivatives are not known,", m.law->name));
+}
+
+#define ORDO_IMPLICIT(D)        \
+    template class Implicit<D>; \
+    template void require_implicit_model(const Model<D>&);
+ORDO_IMPLICIT(1)
+ORDO_IMPLICIT(2)
+ORDO_IMPLICIT(3)
+#undef ORDO_IMPLICIT
+
+}  // namespace ordo

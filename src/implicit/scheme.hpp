@@ -1,0 +1,45 @@
+// Implicit steps: the midpoint rule, Newmark's method and static equilibrium, by Newton's method with exact tangents (docs/implicit.md).
+#pragma once
+
+#include "implicit/step_equations.hpp"
+#include "method/pass_scheme.hpp"
+
+#include <string>
+#include <vector>
+
+namespace ordo {
+
+template <int D>
+class Implicit final : public PassScheme<D> {
+  public:
+    explicit Implicit(Model<D> of) : PassScheme<D>(std::move(of)) {}
+
+    using Scheme<D>::model;
+
+  private:
+    using PassScheme<D>::method;
+    using PassScheme<D>::passes;
+    using PassScheme<D>::mass_solver;
+    using PassScheme<D>::times;
+    using PassScheme<D>::sweep;
+    using PassScheme<D>::gather;
+    using PassScheme<D>::deform;
+    using PassScheme<D>::move_corners;
+
+    void find_projection(State<D>& s) const override;
+    void take_step(State<D>& s, double dt) const override;
+
+    bool try_step(State<D>& s, double dt, std::string& why) const;
+    StepEquations<D> equations(State<D>& s, double dt) const;
+    void finish(State<D>& s, StepEquations<D>& equations, const std::vector<double>& u, const std::vector<double>& missing,
+                double dt) const;
+    void account_for(State<D>& s, StepEquations<D>& equations, const std::vector<double>& u, const std::vector<double>& missing,
+                     double dt) const;
+    std::string blame(State<D>& s, const StepEquations<D>& equations, const std::vector<double>& residual) const;
+};
+
+/// Throws InputError for models that the schemes cannot treat, with the reason.
+template <int D>
+void require_implicit_model(const Model<D>& model);
+
+}  // namespace ordo

@@ -1,0 +1,541 @@
+#include "implicit/step_equations.hpp"
+
+#include "kernels/nodes.hpp"
+#include "kernels/sample.hpp"
+#include "solve/krylov.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace ordo {
+
+/// The rows of a matrix of blocks, filled in any order.
+template <int D>
+class BlockRows {
+  public:
+    explicit BlockRows(std::size_t rows) : rows_(rows) {}
+
+    Mat<D>& at(std::size_t row, int column)
+    {
+        Row& r       = rows_[row];
+        const auto k = std::lower_bound(r.column.begin(), r.column.end(), column) - r.column.begin();
+        if (k == std::ssize(r.column) || r.column[k] != column) {
+            r.column.insert(r.column.begin() + k, column);
+            r.block.insert(r.block.begin() + k, Mat<D>{});
+        }
+        return r.block[k];
+    }
+    SparseRows scalars() const
+    {
+        SparseRows m;
+        m.first.push_back(0);
+        for (const Row& r : rows_)
+            for (int a = 0; a < D; ++a) {
+                for (std::size_t k = 0; k < r.column.size(); ++k)
+                    for (int b = 0; b < D; ++b) {
+                        m.column.push_back(D * r.column[k] + b);
+                        m.value.push_back(r.block[k](a, b));
+                    }
+                m.first.push_back(std::ssize(m.column));
+            }
+        return m;
+    }
+
+  private:
+    struct Row {
+        std::vector<int> column;
+        std::vector<Mat<D>> block;
+    };
+    std::vector<Row> rows_;
+};
+
+namespace {
+
+constexpr double kContactStiffness = 10.0;  // an overlap of a hundredth of a cell for a pressure of a tenth of the modulus
+constexpr double kEnergyRounding =
+    1e-10;  // of the modulus: that of the stress which mean_stress adds, a difference of energies over a strain
+constexpr double kLeastMass   = 1e-18;  // of the largest: less is round-off of functions that vanish with their slopes
+constexpr double kLeastFilled = 0.1;    // a layer of 0.45 cells beyond a node leaves this part of its function
+
+/// The stiffness that the ghost penalty is relative to, Pa: the least of a material, so that it does not make hardly compressible ones stiffer.
+double shear_of(const Material& m) { return m.mu > 0 ? m.mu : m.p_wave_modulus(); }
+
+}  // namespace
+
+template <int D>
+StepEquations<D>::StepEquations(const Model<D>& model, const Passes<D>& passes, const MassSolver<D>& mass_solver, State<D>& s,
+                                double dt, SetBodyForces set_body_forces)
+    : model_(model),
+      passes_(passes),
+      mass_solver_(mass_solver),
+      s_(s),
+      dt_(dt),
+      is_middle_(model.method.scheme == TimeScheme::midpoint),
+      set_body_forces_(std::move(set_body_forces)),
+      forces_(model, s, dt, is_middle_)
+{
+    const auto n = static_cast<std::size_t>(s.particles.x.size());
+    u_ = Array<Vec<D>>(n), d_force_ = Array<Vec<D>>(n), moved_ = Array<Vec<D>>(n);
+    f_ = Array<Mat<D>>(n), d_moment_ = Array<Mat<D>>(n);
+    make_room(nodes_, s.field.nodes.size());
+    s.field.mass.is_formed = false;
+    project(nullptr, velocity_);
+    find_held();
+    start_.assign(size(), 0.0);
+    obstacles_.emplace(model, s, rows_, dt, kContactStiffness);
+    if (method().scheme == TimeScheme::midpoint) {
+        inertia_ = 2 / (dt * dt);
+        for (std::size_t k = 0; k < size(); ++k) start_[k] = dt * velocity_[k];
+    } else if (method().scheme == TimeScheme::newmark) {
+        inertia_ = 1 / (method().newmark_beta * dt * dt);
+        if (s.n == 0) find_first_accelerations();
+        project(&s.particles.a, acceleration_);
+        for (std::size_t k = 0; k < size(); ++k) {
+            if (held_[k]) acceleration_[k] = 0.0;
+            start_[k] = dt * velocity_[k] + dt * dt * (0.5 - method().newmark_beta) * acceleration_[k];
+        }
+    }
+    find_penalty();
+}
+
+template <int D>
+Sweep<D> StepEquations<D>::sweep(Lanes* nodes) const
+{
+    return {.lattice       = s_.lattice,
+            .p             = s_.particles.view(),
+            .nodes         = nodes,
+            .materials     = model_.materials.data(),
+            .dt            = dt_,
+            .pic           = method().pic_fraction,
+            .stretch_limit = 0.0};
+}
+
+template <int D>
+void StepEquations<D>::scatter(typename Passes<D>::Scatter pass, const Sweep<D>& view)
+{
+    clear(view.nodes, s_.field.tiles);
+    s_.field.tiles.for_each_by_colour([&](const Tile& tile) { pass(view, tile.begin, tile.end); });
+    s_.field.halo.add(view.nodes, 0, NodeLane::end);
+}
+
+/// Masses, and `out` the projection of velocities, or of other vectors of the particles.
+template <int D>
+void StepEquations<D>::project(const Array<Vec<D>>* instead_of_velocities, Vector& out)
+{
+    Lanes* nodes  = s_.field.nodes.data();
+    Sweep<D> view = sweep(nodes);
+    if (instead_of_velocities) view.p.v = const_cast<Vec<D>*>(instead_of_velocities->data());
+    scatter(passes_.project, view);
+    if (!instead_of_velocities) {
+        double most = 0.0;
+        s_.field.tiles.for_each_node([&](const Index<D>&, std::ptrdiff_t i) { most = std::max(most, nodes[i][NodeLane::mass]); });
+        largest_mass_ = most;
+        rows_.assign(s_.lattice, s_.field.tiles, 1,
+                     [&](std::ptrdiff_t i) { return nodes[i][NodeLane::mass] > kLeastMass * most; });
+        mass_.resize(static_cast<std::size_t>(rows_.count()));
+        for (std::size_t k = 0; k < mass_.size(); ++k) mass_[k] = nodes[rows_.node(static_cast<int>(k) + 1)][NodeLane::mass];
+        guess_.resize(mass_.size() * D);
+        for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) {
+            guess_[k] = is_static(method()) ? 0.0 : dt_ / mass_[k / D] * nodes[node][NodeLane::velocity + a];
+        });
+    }
+    if (method().mass == MassMatrix::consistent)
+        mass_solver_.solve(s_, view, nodes, s_.field.known.data(), MassSolver<D>::kVelocity);
+    else
+        momenta_to_velocities(nodes, s_.field.tiles);
+    out.resize(mass_.size() * D);
+    for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) { out[k] = nodes[node][NodeLane::velocity + a]; });
+}
+
+/// Those of the particles at the start of a run, by the lumped mass.
+template <int D>
+void StepEquations<D>::find_first_accelerations()
+{
+    const Vector none(size(), 0.0);
+    Vector force(size());
+    find_residual(none, force, false);  // start_ is 0 so far
+    for (std::size_t k = 0; k < size(); ++k) force[k] = held_[k] ? 0.0 : force[k] / mass_[k / D];
+    sample(force, s_.particles.a, f_);
+}
+
+/// Fixed components have no velocity before the step either.
+template <int D>
+void StepEquations<D>::find_held()
+{
+    held_.assign(velocity_.size(), 0);
+    known_.assign(velocity_.size(), 0.0);
+    known_velocity_ = known_;
+    auto for_each   = [&](const Moment& when, const auto& f) {
+        s_.field.constraints.for_each_velocity(model_.conditions, when,
+                                                 [&](std::ptrdiff_t node, int a, bool is_prescribed, double v) {
+                                                   const int row = rows_.row(node);
+                                                   if (row > 0 && rows_.node(row) == node)
+                                                       f(static_cast<std::size_t>(D * (row - 1) + a), is_prescribed, v);
+                                               });
+    };
+    for_each({s_.t + 0.5 * dt_, dt_}, [&](std::size_t k, bool is_prescribed, double v) {
+        held_[k]  = 1;
+        known_[k] = dt_ * v;
+        if (!is_prescribed) velocity_[k] = 0.0;
+    });
+    for_each({s_.t + dt_, dt_}, [&](std::size_t k, bool, double v) { known_velocity_[k] = v; });
+}
+
+template <int D>
+void StepEquations<D>::find_penalty()
+{
+    const double factor = ghost_penalty_of(method());
+    if (factor == 0.0) return;
+    const auto n            = static_cast<std::size_t>(rows_.end());
+    const Lanes* nodes      = s_.field.nodes.data();
+    const ParticleView<D> p = s_.particles.view();
+    Vector filled(n), modulus(n), volume(n);
+    for (int row = 1; row < rows_.end(); ++row) filled[row] = filled_part(s_.lattice, nodes, s_.lattice.index(rows_.node(row)));
+    const Sweep<D> view = sweep(nullptr);
+    std::vector<NodeWeight<D>> weights;
+    for (int i = 0; i < p.count; ++i) {
+        passes_.list_weights(view, i, weights);
+        for (const NodeWeight<D>& w : weights) {
+            const auto row = static_cast<std::size_t>(rows_.row(w.node));
+            modulus[row] += w.value * p.V[i] * shear_of(model_.materials[p.material[i]]);
+            volume[row] += w.value * p.V[i];
+        }
+    }
+    for (std::size_t row = 1; row < n; ++row) modulus[row] = volume[row] > 0 ? modulus[row] / volume[row] : 0.0;
+    penalty_ = JumpPenalty<D>(s_.lattice, rows_, factor, kLeastFilled, filled, modulus);
+}
+
+template <int D>
+void StepEquations<D>::put(std::span<const double> x, Lanes* nodes, int lane) const
+{
+    for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) { nodes[node][lane + a] = x[k]; });
+}
+
+template <int D>
+void StepEquations<D>::sample(std::span<const double> x, Array<Vec<D>>& value, Array<Mat<D>>& gradient)
+{
+    clear(nodes_.data(), s_.field.tiles);
+    put(x, nodes_.data(), NodeLane::velocity);
+    s_.field.halo.copy(nodes_.data());
+    const Sweep<D> view = sweep(nodes_.data());
+    s_.field.tiles.for_each(
+        [&](std::ptrdiff_t, const Tile& tile) { passes_.sample(view, value.data(), gradient.data(), tile.begin, tile.end); });
+}
+
+/// r -= factor M x
+template <int D>
+void StepEquations<D>::subtract_inertia(std::span<const double> x, std::span<double> r, double factor)
+{
+    if (factor == 0.0) return;
+    if (method().mass == MassMatrix::lumped)
+        return for_each_unknown([&](std::size_t k, std::ptrdiff_t, int) { r[k] -= factor * mass_[k / D] * x[k]; });
+    Lanes* nodes = nodes_.data();
+    copy(nodes, s_.field.nodes.data(), s_.field.tiles);  // lumped rows need masses
+    put(x, nodes, NodeLane::velocity);
+    mass_solver_.multiply_solution(s_, sweep(nodes), nodes);
+    const MassSystem<D>& m = s_.field.mass;
+    for_each_unknown(
+        [&](std::size_t k, std::ptrdiff_t node, int a) { r[k] -= factor * m.q[m.rows.row(node)][NodeLane::velocity + a]; });
+}
+
+template <int D>
+bool StepEquations<D>::find_residual(std::span<const double> u, std::span<double> r, bool with_derivatives)
+{
+    sample(u, u_, f_);
+    parallel_for_each(s_.particles.count, [&](std::ptrdiff_t i) { f_[i] += Mat<D>::identity(); });
+    if (!s_.particles.b.empty()) {
+        const double part = is_middle_ ? 0.5 : 1.0;
+        parallel_for_each(s_.particles.count, [&](std::ptrdiff_t i) { moved_[i] = s_.particles.x[i] + part * u_[i]; });
+        std::swap(moved_, s_.particles.x);
+        set_body_forces_(s_, s_.t + part * dt_);
+        std::swap(moved_, s_.particles.x);
+    }
+    report_ = forces_.find(u_.data(), f_.data(), with_derivatives);
+    if (report_.fault != Fault::none) return false;
+    set_forces(nodes_.data(), false);
+    for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) {
+        r[k] = nodes_[node][NodeLane::increment + a] + mass_[k / D] * model_.gravity[a];
+    });
+    if (!obstacles_->is_empty()) {
+        Vector of_obstacles(size(), 0.0);
+        obstacles_->add_forces(u, of_obstacles);
+        largest_force_ = std::max(largest_force_, length_of(of_obstacles));
+        add_multiple(r, 1.0, of_obstacles);
+    }
+    largest_force_ = std::max(largest_force_, length_of(r));
+    set_forces(nodes_.data(), true);
+    Vector rest(size());
+    for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) {
+        rest[k] = nodes_[node][NodeLane::increment + a] + mass_[k / D] * model_.gravity[a];
+    });
+    largest_force_ = std::max(largest_force_, length_of(rest));
+    find_rounding(u);
+    for (std::size_t k = 0; k < size(); ++k) rest[k] = u[k] - start_[k];
+    subtract_inertia(rest, r, inertia_);
+    penalty_.subtract_product(u.data(), r.data());
+    return true;
+}
+
+template <int D>
+void StepEquations<D>::add_penalty_forces(std::span<const double> u, Lanes* nodes) const
+{
+    Vector force(size(), 0.0);
+    penalty_.subtract_product(u.data(), force.data());
+    for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) { nodes[node][NodeLane::increment + a] += force[k]; });
+}
+
+/// What displacements leave of a residual by rounding: in gradients, which stiffness multiplies, and in inertia.
+template <int D>
+void StepEquations<D>::find_rounding(std::span<const double> u)
+{
+    double largest = 0.0, modulus = 0.0, volume = 1.0;
+    for (const double one : u) largest = std::max(largest, std::fabs(one));
+    for (const Material& m : model_.materials) modulus = std::max(modulus, m.p_wave_modulus());
+    for (int a = 0; a < D; ++a) volume *= model_.h[a];
+    const double h     = *std::min_element(model_.h.c, model_.h.c + D);
+    const double roots = std::sqrt(static_cast<double>(size()));
+    rounding_ =
+        16 * std::numeric_limits<double>::epsilon() * roots * largest * (modulus * volume / (h * h) + inertia_ * largest_mass_);
+    if (is_middle_) rounding_ += kEnergyRounding * roots * modulus * volume / h;
+}
+
+template <int D>
+void StepEquations<D>::set_forces(Lanes* nodes, bool loads_alone)
+{
+    Sweep<D> view          = sweep(nodes);
+    view.p.traction        = const_cast<Vec<D>*>(forces_.force().data());
+    view.p.traction_moment = const_cast<Mat<D>*>(loads_alone ? forces_.load_moment().data() : forces_.moment().data());
+    scatter(passes_.surface_force, view);
+}
+
+template <int D>
+void StepEquations<D>::multiply(std::span<const double> x, std::span<double> y)
+{
+    sample(x, moved_, f_);
+    forces_.differentiate(f_.data(), d_force_.data(), d_moment_.data());
+    Sweep<D> view          = sweep(nodes_.data());
+    view.p.traction        = d_force_.data();
+    view.p.traction_moment = d_moment_.data();
+    scatter(passes_.surface_force, view);
+    for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) { y[k] = nodes_[node][NodeLane::increment + a]; });
+    subtract_inertia(x, y, inertia_);
+    penalty_.subtract_product(x.data(), y.data());
+    obstacles_->add_product(x, y);
+    for (double& one : y) one = -one;
+}
+
+template <int D>
+bool StepEquations<D>::is_symmetric() const
+{
+    const auto& p = model_.materials;
+    return !is_middle_ && model_.tractions.empty() && model_.obstacles.empty() &&
+           std::all_of(p.begin(), p.end(), [](const Material& m) { return m.law->is_hyperelastic && m.branches.count == 0; });
+}
+
+/// Of the particles' own tangents.
+template <int D>
+void StepEquations<D>::add_stiffness(BlockRows<D>& rows) const
+{
+    const Sweep<D> view = sweep(nullptr);
+    auto add            = [&](const Tile& tile) {
+        std::vector<NodeWeight<D>> weights;
+        for (int i = tile.begin; i < tile.end; ++i) {
+            passes_.list_weights(view, i, weights);
+            const Tangent<D>& A = forces_.tangent(i);
+            for (const NodeWeight<D>& from : weights) {
+                const int column = rows_.row(from.node) - 1;
+                if (column < 0) continue;
+                double part[D * D][D];  // A contracted with the slope of the column
+                for (int ab = 0; ab < D * D; ++ab)
+                    for (int c = 0; c < D; ++c) {
+                        part[ab][c] = 0.0;
+                        for (int d = 0; d < D; ++d) part[ab][c] += A.c[ab][D * c + d] * from.slope[d];
+                    }
+                for (const NodeWeight<D>& to : weights) {
+                    const int row = rows_.row(to.node) - 1;
+                    if (row < 0) continue;
+                    Mat<D>& block = rows.at(static_cast<std::size_t>(row), column);
+                    for (int a = 0; a < D; ++a)
+                        for (int c = 0; c < D; ++c)
+                            for (int b = 0; b < D; ++b) block(a, c) += part[D * a + b][c] * to.slope[b];
+                }
+            }
+        }
+    };
+    const bool has_images = std::any_of(s_.lattice.periodic.c, s_.lattice.periodic.c + D, [](bool one) { return one; });
+    if (has_images)  // tiles of one colour may share the nodes that images repeat
+        for (const Tile& tile : s_.field.tiles.tiles()) add(tile);
+    else
+        s_.field.tiles.for_each_by_colour(add);
+}
+
+/// The same of averaged steps, s (df + (mean theta - theta) f/D) with theta = f^-T : df: a particle has the nodes of all particles of its body in
+/// its cell of the grid. Averages at vertices are taken for those over cells.
+template <int D>
+void StepEquations<D>::add_averaged_stiffness(BlockRows<D>& rows) const
+{
+    const ParticleView<D> p = s_.particles.view();
+    const Sweep<D> view     = sweep(nullptr);
+    std::vector<std::array<std::ptrdiff_t, 3>> order(static_cast<std::size_t>(p.count));  // body, cell, particle
+    parallel_for_each(p.count, [&](std::ptrdiff_t i) {
+        Index<D> cell{};
+        for (int a = 0; a < D; ++a) cell[a] = static_cast<int>(s_.lattice.cell_coordinate(a, p.x[i][a]));
+        order[static_cast<std::size_t>(i)] = {p.body[i], s_.lattice.offset(cell), i};
+    });
+    std::sort(order.begin(), order.end());
+    struct Node {
+        int row;
+        Vec<D> mean{};  // of the slopes of its function, f^-T grad phi
+    };
+    std::vector<NodeWeight<D>> weights;
+    std::vector<Node> nodes;
+    std::vector<std::array<Mat<D>, D>> change, stress;  // of the particle's step and stress with each component of each node
+    for (std::size_t first = 0, end = 0; first < order.size(); first = end) {
+        while (end < order.size() && order[end][0] == order[first][0] && order[end][1] == order[first][1]) ++end;
+        auto for_each_slope = [&](std::size_t k, const auto& f) {
+            const int i = static_cast<int>(order[k][2]);
+            passes_.list_weights(view, i, weights);
+            const Mat<D>& step = forces_.step(i);
+            for (const NodeWeight<D>& w : weights)
+                if (const int row = rows_.row(w.node) - 1; row >= 0) {
+                    std::size_t n = 0;
+                    while (n < nodes.size() && nodes[n].row != row) ++n;
+                    if (n == nodes.size()) nodes.push_back({row});
+                    f(n, w.slope, (1 / det(step)) * (cofactor(step) * w.slope));
+                }
+        };
+        nodes.clear();
+        double total = 0.0;
+        for (std::size_t k = first; k < end; ++k) {
+            const double weight = forces_.weight(static_cast<int>(order[k][2]));
+            total += weight;
+            for_each_slope(k, [&](std::size_t n, const Vec<D>&, const Vec<D>& slope) { nodes[n].mean += weight * slope; });
+        }
+        for (Node& n : nodes) n.mean *= 1 / total;
+        for (std::size_t k = first; k < end; ++k) {
+            const int i        = static_cast<int>(order[k][2]);
+            const Mat<D>& step = forces_.step(i);
+            change.assign(nodes.size(), {});
+            stress.resize(nodes.size());
+            for (std::size_t n = 0; n < nodes.size(); ++n)
+                for (int c = 0; c < D; ++c) change[n][c] = (nodes[n].mean[c] / D) * step;
+            for_each_slope(k, [&](std::size_t n, const Vec<D>& slope, const Vec<D>& own) {
+                for (int c = 0; c < D; ++c) {
+                    change[n][c] -= (own[c] / D) * step;
+                    for (int d = 0; d < D; ++d) change[n][c](c, d) += slope[d];
+                }
+            });
+            const double square = forces_.scale(i) * forces_.scale(i);
+            for (std::size_t n = 0; n < nodes.size(); ++n)
+                for (int c = 0; c < D; ++c) stress[n][c] = square * (forces_.tangent(i) * change[n][c]);
+            for (std::size_t m = 0; m < nodes.size(); ++m)
+                for (std::size_t n = 0; n < nodes.size(); ++n) {
+                    Mat<D>& block = rows.at(static_cast<std::size_t>(nodes[m].row), nodes[n].row);
+                    for (int a = 0; a < D; ++a)
+                        for (int c = 0; c < D; ++c) block(a, c) += ddot(change[m][a], stress[n][c]);
+                }
+        }
+    }
+}
+
+template <int D>
+void StepEquations<D>::add_mass(BlockRows<D>& rows) const
+{
+    if (inertia_ == 0.0) return;
+    const MassSystem<D>& m = s_.field.mass;
+    auto is_coupled        = [&](int row) {
+        return method().mass == MassMatrix::consistent && m.parts().is_coupled(m.rows.row(rows_.node(row + 1)));
+    };
+    for (int row = 0; row < rows_.count(); ++row) {
+        const double own = is_coupled(row) ? m.diagonal[m.rows.row(rows_.node(row + 1))] : mass_[row];
+        rows.at(static_cast<std::size_t>(row), row) += inertia_ * own * Mat<D>::identity();
+    }
+    if (method().mass == MassMatrix::lumped) return;
+    std::vector<NodeWeight<D>> weights;
+    for (int i = 0; i < s_.particles.count; ++i) {
+        passes_.list_weights(sweep(nullptr), i, weights);
+        for (const NodeWeight<D>& to : weights)
+            for (const NodeWeight<D>& from : weights) {
+                const int row = rows_.row(to.node) - 1, column = rows_.row(from.node) - 1;
+                if (row < 0 || column < 0 || !is_coupled(row) || !is_coupled(column)) continue;
+                rows.at(static_cast<std::size_t>(row), column) +=
+                    inertia_ * s_.particles.m[i] * from.value * to.value * Mat<D>::identity();
+            }
+    }
+}
+
+template <int D>
+SparseRows StepEquations<D>::matrix()
+{
+    BlockRows<D> rows(mass_.size());
+    if (method().averaging == Averaging::none)
+        add_stiffness(rows);
+    else
+        add_averaged_stiffness(rows);
+    add_mass(rows);
+    penalty_.for_each_entry([&](int row, int column, double value) {
+        rows.at(static_cast<std::size_t>(row - 1), column - 1) += value * Mat<D>::identity();
+    });
+    obstacles_->for_each_entry(
+        [&](int row, int column, const Mat<D>& block) { rows.at(static_cast<std::size_t>(row - 1), column - 1) += block; });
+    return rows.scalars();
+}
+
+template <int D>
+std::vector<Index<D>> StepEquations<D>::places() const
+{
+    std::vector<Index<D>> r;
+    for (int row = 1; row < rows_.end(); ++row) {
+        Index<D> at = s_.lattice.index(rows_.node(row));
+        for (int a = 0; a < D; ++a)
+            if (s_.lattice.periodic[a]) at[a] -= s_.lattice.margin;
+        r.push_back(at);
+    }
+    return r;
+}
+
+template <int D>
+void StepEquations<D>::set_velocities(std::span<const double> u, Lanes* nodes) const
+{
+    const double gamma = method().newmark_gamma, beta = method().newmark_beta;
+    for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) {
+        double after = 0.0;
+        if (held_[k])
+            after = known_velocity_[k];
+        else if (is_middle_)
+            after = 2 * u[k] / dt_ - velocity_[k];
+        else
+            after = velocity_[k] + dt_ * ((1 - gamma) * acceleration_[k] + gamma * (u[k] - start_[k]) / (beta * dt_ * dt_));
+        nodes[node][NodeLane::velocity + a]  = after;
+        nodes[node][NodeLane::increment + a] = after - velocity_[k];
+    });
+    s_.field.halo.copy(nodes);
+}
+
+template <int D>
+void StepEquations<D>::set_mean_velocities(std::span<const double> u, Lanes* nodes) const
+{
+    for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) {
+        nodes[node][NodeLane::velocity + a]  = u[k] / dt_;
+        nodes[node][NodeLane::increment + a] = 0.0;
+    });
+    s_.field.halo.copy(nodes);
+}
+
+template <int D>
+void StepEquations<D>::set_accelerations(std::span<const double> u, Lanes* nodes) const
+{
+    for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) {
+        nodes[node][NodeLane::velocity + a] = held_[k] ? 0.0 : (u[k] - start_[k]) * inertia_;
+    });
+    s_.field.halo.copy(nodes);
+}
+
+template class StepEquations<1>;
+template class StepEquations<2>;
+template class StepEquations<3>;
+
+}  // namespace ordo

@@ -1,0 +1,121 @@
+// The equations of an implicit step for the displacements u of nodes: forces less inertia, their derivative as a product, and as a matrix for
+// preconditioners.
+#pragma once
+
+#include "implicit/jump_penalty.hpp"
+#include "implicit/obstacle_forces.hpp"
+#include "implicit/particle_forces.hpp"
+#include "method/mass_matrix.hpp"
+#include "method/passes.hpp"
+#include "solve/grid_multigrid.hpp"
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace ordo {
+
+template <int D>
+class BlockRows;
+
+/// r(u) = f_ext - f_int(u) - c M (u - start) - G u = 0 for the unknowns that no condition holds. f are forces at the end of the step, or with
+/// scheme midpoint those that act in its middle. Unknown D k + a is component a of row k + 1. The functions of nodes are those of the start of
+/// the step, x_n.
+template <int D>
+class StepEquations {
+  public:
+    using Vector = std::vector<double>;
+    /// Sets the body forces of all particles, at their positions, at a time.
+    using SetBodyForces = std::function<void(State<D>&, double t)>;
+
+    /// Projects masses, velocities and, with scheme newmark, accelerations to the nodes. Arguments must outlive the object.
+    StepEquations(const Model<D>& model, const Passes<D>& passes, const MassSolver<D>& mass_solver, State<D>& s, double dt,
+                  SetBodyForces set_body_forces);
+
+    std::size_t size() const { return held_.size(); }
+    const std::vector<unsigned char>& held() const { return held_; }
+    /// The displacements of held unknowns in the step, m; others are 0.
+    const Vector& known() const { return known_; }
+    /// Where to begin: the displacements by velocities of the lumped mass, which are bounded by those of the particles, m.
+    const Vector& guess() const { return guess_; }
+
+    /// r(u) in all unknowns: the force that is missing, and at held ones with the opposite sign that of their conditions. False if a particle
+    /// or law fails, see report().
+    bool find_residual(std::span<const double> u, std::span<double> r, bool with_derivatives);
+    const TileReport& report() const { return report_; }
+    /// The largest norm of forces so far, N: what residuals are compared with.
+    double largest_force() const { return largest_force_; }
+    /// What rounding may leave of the last residual, N.
+    double rounding() const { return rounding_; }
+
+    /// y = -dr/du x, at the last residual with derivatives, in all unknowns.
+    void multiply(std::span<const double> x, std::span<double> y);
+    /// The same as a matrix, but without changes of loads, and with averages over cells without the part that their stresses have in it.
+    SparseRows matrix();
+    /// Whether the matrix is symmetric: forces that are the derivatives of an energy.
+    bool is_symmetric() const;
+    /// The lattice index of each row's node; on periodic axes from 0.
+    std::vector<Index<D>> places() const;
+
+    /// Sets the velocity lanes of `nodes` to the velocities after the step and the increments to their change, m/s ..
+    void set_velocities(std::span<const double> u, Lanes* nodes) const;
+    /// .. or both to the mean velocity of the step and zero.
+    void set_mean_velocities(std::span<const double> u, Lanes* nodes) const;
+    /// With scheme newmark the accelerations after the step, m/s^2, in the velocity lanes.
+    void set_accelerations(std::span<const double> u, Lanes* nodes) const;
+    /// Forces without gravity at the last residual, or loads alone, in the increment lanes of `nodes`, N.
+    void set_forces(Lanes* nodes, bool loads_alone);
+    /// Adds those of the ghost penalty.
+    void add_penalty_forces(std::span<const double> u, Lanes* nodes) const;
+
+    /// Leaves what obstacles did at the last residual in the state, and moves them.
+    void finish_contact() { obstacles_->finish(); }
+
+    const NodeRows<D>& rows() const { return rows_; }
+    std::ptrdiff_t node_of(std::size_t unknown) const { return rows_.node(static_cast<int>(unknown / D) + 1); }
+
+  private:
+    Sweep<D> sweep(Lanes* nodes) const;
+    const MethodSpec& method() const { return model_.method; }
+    void scatter(typename Passes<D>::Scatter pass, const Sweep<D>& view);
+    void project(const Array<Vec<D>>* instead_of_velocities, Vector& out);
+    void find_held();
+    void find_first_accelerations();
+    void find_penalty();
+    void find_rounding(std::span<const double> u);
+    void add_stiffness(BlockRows<D>& rows) const;
+    void add_averaged_stiffness(BlockRows<D>& rows) const;
+    void add_mass(BlockRows<D>& rows) const;
+    void sample(std::span<const double> x, Array<Vec<D>>& value, Array<Mat<D>>& gradient);
+    void put(std::span<const double> x, Lanes* nodes, int lane) const;
+    void subtract_inertia(std::span<const double> x, std::span<double> r, double factor);
+    template <class F>
+    void for_each_unknown(const F& f) const
+    {
+        parallel_for_each(rows_.count(), [&](std::ptrdiff_t k) {
+            for (int a = 0; a < D; ++a) f(static_cast<std::size_t>(D * k + a), rows_.node(static_cast<int>(k) + 1), a);
+        });
+    }
+
+    const Model<D>& model_;
+    const Passes<D>& passes_;
+    const MassSolver<D>& mass_solver_;
+    State<D>& s_;
+    double dt_, inertia_ = 0.0;  ///< s; the factor c, 1/s^2
+    bool is_middle_;
+    SetBodyForces set_body_forces_;
+    NodeRows<D> rows_;
+    Vector mass_, velocity_, acceleration_, start_, guess_, known_, known_velocity_;
+    std::vector<unsigned char> held_;
+    ParticleForces<D> forces_;
+    JumpPenalty<D> penalty_;
+    std::optional<ObstacleForces<D>> obstacles_;
+    Array<Lanes> nodes_;
+    Array<Vec<D>> u_, d_force_, moved_;
+    Array<Mat<D>> f_, d_moment_;
+    TileReport report_;
+    double largest_force_ = 0.0, rounding_ = 0.0, largest_mass_ = 0.0;
+};
+
+}  // namespace ordo

@@ -1,0 +1,185 @@
+// Implicit schemes in every combination of the axes that they take: the tangent is the derivative of the residual, and what a step keeps.
+#include "implicit/newton.hpp"
+#include "implicit/scheme.hpp"
+#include "method/diagnostics.hpp"
+#include "setup/schemes.hpp"
+#include "solve/krylov.hpp"
+#include "support/materials.hpp"
+#include "support/particles.hpp"
+
+#include <gtest/gtest.h>
+
+namespace ordo {
+namespace {
+
+/// Every allowed combination of basis, domain, mass matrix and averaging with each implicit scheme.
+std::vector<MethodSpec> implicit_specs()
+{
+    std::vector<MethodSpec> r;
+    for (const TimeScheme scheme : {TimeScheme::midpoint, TimeScheme::newmark, TimeScheme::quasi_static})
+        for (const auto& basis : Axis<Basis>::choices)
+            for (const auto& domain : Axis<Domain>::choices)
+                for (const auto& mass : Axis<MassMatrix>::choices)
+                    for (const auto& averaging : Axis<Averaging>::choices) {
+                        MethodSpec s    = test::shape_spec(basis.value, domain.value);
+                        s.scheme        = scheme;
+                        s.mass          = mass.value;
+                        s.averaging     = averaging.value;
+                        s.ghost_penalty = 0.02;
+                        if (!broken_rule(s)) r.push_back(s);
+                    }
+    return r;
+}
+/// One for each shape, and for each other choice of the axes.
+std::vector<MethodSpec> few_specs()
+{
+    std::vector<MethodSpec> r;
+    for (const MethodSpec& s : implicit_specs()) {
+        const bool is_plain = s.mass == MassMatrix::lumped && s.averaging == Averaging::none;
+        const bool is_usual = s.basis == Basis::hat && s.domain == Domain::parallelepiped;
+        if ((is_plain && s.scheme == TimeScheme::midpoint) || is_usual) r.push_back(s);
+    }
+    return r;
+}
+
+template <int D>
+constexpr int cells_of_box()
+{
+    return D == 3 ? 5 : 8;
+}
+
+/// A body that is held at one face and loaded on the others, in motion.
+template <int D>
+struct Loaded {
+    std::unique_ptr<Scheme<D>> scheme;
+    State<D> s;
+    test::Random random{7};
+
+    explicit Loaded(const MethodSpec& spec, const Material& material)
+    {
+        Model<D> model     = test::unit_box<D>(cells_of_box<D>(), spec);
+        model.materials[0] = material;
+        model.gravity      = Vec<D>::filled(-0.3);
+        for (int a = 0; a < D; ++a) model.body_forces[0][a] = model.body_forces[1][a] = Field(0.2 * (a + 1));
+        model.conditions.push_back({.axis = 0, .outer_is_above = false, .at = 0.0, .type = ConditionType::fixed});
+        for (const TractionType type : {TractionType::pressure, TractionType::traction, TractionType::dead}) {
+            model.tractions.push_back({.type = type, .value = {}});
+            for (int a = 0; a < D; ++a) model.tractions.back().value[a] = Field(3.0 + a);
+        }
+        const std::vector<Seed<D>> seeds = test::block(model, 0.0, 0.6, 2);
+        Particles<D> p                   = test::plant_halves(model, seeds);
+        const CellMesh<D> mesh           = mesh_of(spec, seeds);
+        for (int k = 0; k < 3; ++k)
+            add_loads<D>(model.loads, p, mesh, 0, k, [&](const Vec<D>& normal, const Vec<D>&) {
+                const bool is_on = k == 0   ? normal[D - 1] > 0.5
+                                   : k == 1 ? normal[0] > 0.5
+                                            : normal[0] > 0.5 || normal[D - 1] < -0.5;
+                return is_on ? 0.7 : 0.0;
+            });
+        scheme = make_scheme(std::move(model));
+        s      = scheme->start(std::move(p));
+        set_velocities(
+            s.particles, 0, s.particles.count,
+            [&](const Vec<D>& x) {
+                Vec<D> v{};
+                for (int a = 0; a < D; ++a) v[a] = 0.05 * std::sin(6 * x[D - 1 - a] + a);
+                return v;
+            },
+            scheme->model().h);
+    }
+};
+
+/// The equations of a step from a state that has come some steps, at random displacements: dr/du in random directions is what central
+/// differences (of fourth order) give.
+template <int D>
+void check_tangent(const MethodSpec& spec, const Material& material)
+{
+    MethodSpec before = spec;  // loads at once are more than some laws bear at rest
+    if (is_static(spec)) before.scheme = TimeScheme::midpoint;
+    Loaded<D> body(before, material);
+    Model<D> model  = body.scheme->model();
+    model.method    = spec;
+    State<D>& s     = body.s;
+    const double dt = 2 * courant_time_step(model, s.particles);
+    for (int k = 0; k < 2; ++k) body.scheme->step(s, dt);
+    body.scheme->project(s);  // sorts
+
+    const Passes<D> passes = choose_passes<D>(spec);
+    const MassSolver<D> mass(passes, spec.lump_below, false);
+    StepEquations<D> step(model, passes, mass, s, dt, [](State<D>&, double) {});
+    const std::size_t n = step.size();
+    auto random_vector  = [&](double size) {
+        std::vector<double> x(n);
+        for (double& one : x) one = test::uniform(body.random, -size, size);
+        return x;
+    };
+    const std::vector<double> u = random_vector(0.02 * model.h[0]), x = random_vector(1.0);
+    std::vector<double> product(n), difference(n, 0.0), r(n), at(n);
+    ASSERT_TRUE(step.find_residual(u, r, true));
+    step.multiply(x, product);
+    const double size = length_of(product);
+    const double e    = 1e-6 * model.h[0];  // small, for laws have kinks
+    for (const auto& [shift, factor] : {std::pair{-2.0, -1.0}, {-1.0, 8.0}, {1.0, -8.0}, {2.0, 1.0}}) {
+        for (std::size_t k = 0; k < n; ++k) at[k] = u[k] + shift * e * x[k];
+        ASSERT_TRUE(step.find_residual(at, r, false));
+        for (std::size_t k = 0; k < n; ++k) difference[k] += factor * r[k] / (12 * e);
+    }
+    add_multiple(difference, -1.0, product);
+    EXPECT_LT(length_of(difference), 1e-7 * size) << material.law->name;
+}
+
+template <int D>
+void check_tangents(const MethodSpec& spec)
+{
+    check_tangent<D>(spec, test::sample_material("neo-hookean", D));
+}
+TEST(Implicit, TangentIsTheDerivativeIn1D) { test::for_each_spec(implicit_specs(), check_tangents<1>); }
+TEST(Implicit, TangentIsTheDerivativeIn2D) { test::for_each_spec(implicit_specs(), check_tangents<2>); }
+TEST(Implicit, TangentIsTheDerivativeIn3D) { test::for_each_spec(few_specs(), check_tangents<3>); }
+
+/// The same for every law, in every scheme.
+TEST(Implicit, TangentIsTheDerivativeForEveryLaw)
+{
+    for (const TimeScheme scheme : {TimeScheme::midpoint, TimeScheme::newmark, TimeScheme::quasi_static})
+        for (const Averaging averaging : {Averaging::none, Averaging::cell})
+            for (const LawRow& law : laws()) {
+                MethodSpec spec = test::shape_spec(Basis::hat, Domain::parallelepiped);
+                spec.scheme     = scheme;
+                spec.averaging  = averaging;
+                SCOPED_TRACE(test::describe(spec) + ", " + std::string(law.name));
+                EXPECT_NO_THROW(check_tangent<1>(spec, test::sample_material(law.name, 1)));
+                if (law.max_dim > 1) {
+                    EXPECT_NO_THROW(check_tangent<2>(spec, test::sample_material(law.name, 2)));
+                }
+                if (law.max_dim > 2 && averaging == Averaging::none) {
+                    EXPECT_NO_THROW(check_tangent<3>(spec, test::sample_material(law.name, 3)));
+                }
+            }
+}
+
+/// Newton's method converges quadratically: at the end the residual falls to a multiple of its square.
+template <int D>
+void check_newton(const MethodSpec& given)
+{
+    MethodSpec spec       = given;
+    spec.newton_tolerance = 1e-13;
+    Loaded<D> body(spec, test::sample_material("neo-hookean", D));
+    body.scheme->step(body.s, 5 * courant_time_step(body.scheme->model(), body.s.particles));
+    const std::vector<double>& r = body.s.newton.last.residuals;
+    ASSERT_GE(r.size(), 3u);
+    EXPECT_LE(r.size(), 8u);
+    // The last that rounding does not spoil.
+    std::size_t k = 1;
+    while (k + 1 < r.size() && r[k + 1] > 1e-10 * r[0]) ++k;
+    EXPECT_LT(r[k] / r[0], 20 * std::pow(r[k - 1] / r[0], 2)) << r[k - 1] << " " << r[k];
+}
+TEST(Implicit, NewtonIsQuadratic)
+{
+    test::for_each_spec(few_specs(), [](const MethodSpec& spec) {
+        check_newton<1>(spec);
+        check_newton<2>(spec);
+    });
+}
+
+}  // namespace
+}  // namespace ordo
