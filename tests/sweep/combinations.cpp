@@ -284,6 +284,10 @@ TEST(Combinations, ForbiddenOnesSayWhy)
         specs.push_back(p.spec);
         specs.back().strain_velocity = 0.3;
         specs.push_back(p.spec);
+        specs.back().newmark_beta = 0.3;
+        specs.push_back(p.spec);
+        specs.back().step_halvings = 3;
+        specs.push_back(p.spec);
         specs.back().filter_order = 3;
         for (const double pic : {0.0, 0.1}) {
             specs.push_back(p.spec);
