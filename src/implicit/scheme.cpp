@@ -180,7 +180,7 @@ void Implicit<D>::account_for(State<D>& s, StepEquations<D>& step, const std::ve
     const ExchangeSums<D> sums(&s.account.of_boundaries, dt);
     s.field.constraints.add_impulses(model().conditions, {s.t + dt, dt}, sums, [&](std::ptrdiff_t node, int a) {
         const int row = step.rows().row(node);
-        return row > 0 && step.rows().node(row) == node ? -dt * missing[static_cast<std::size_t>(D * (row - 1) + a)] : 0.0;
+        return row > 0 && step.rows().node(row) == node ? -dt * missing[step.unknown(row, a)] : 0.0;
     });
 }
 

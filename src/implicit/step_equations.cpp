@@ -172,8 +172,7 @@ void StepEquations<D>::find_held()
         s_.field.constraints.for_each_velocity(model_.conditions, when,
                                                  [&](std::ptrdiff_t node, int a, bool is_prescribed, double v) {
                                                    const int row = rows_.row(node);
-                                                   if (row > 0 && rows_.node(row) == node)
-                                                       f(static_cast<std::size_t>(D * (row - 1) + a), is_prescribed, v);
+                                                   if (row > 0 && rows_.node(row) == node) f(unknown(row, a), is_prescribed, v);
                                                });
     };
     for_each({s_.t + 0.5 * dt_, dt_}, [&](std::size_t k, bool is_prescribed, double v) {

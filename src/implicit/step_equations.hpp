@@ -73,7 +73,9 @@ class StepEquations {
     void finish_contact() { obstacles_->finish(); }
 
     const NodeRows<D>& rows() const { return rows_; }
-    std::ptrdiff_t node_of(std::size_t unknown) const { return rows_.node(static_cast<int>(unknown / D) + 1); }
+    /// Of component a of a row.
+    static std::size_t unknown(int row, int a) { return static_cast<std::size_t>(row - 1) * D + static_cast<std::size_t>(a); }
+    std::ptrdiff_t node_of(std::size_t k) const { return rows_.node(static_cast<int>(k / D) + 1); }
 
   private:
     Sweep<D> sweep(Lanes* nodes) const;

@@ -45,9 +45,9 @@ Passes<S::dim> passes_of_shape(const MethodSpec& spec)
         p.move       = gather<S, Evolution, kMove>;
         p.update_all = gather<S, Evolution, kUpdateVelocity | kDeform | kMove>;
     }
-    p.evolve    = [](const Sweep<D>& s, int i) { Evolution::apply(s, Batch{i, 1}); };
-    p.reach     = [](const Lattice<D>& g, const ParticleView<D>& view, int i) { return S::reach(g, view, Batch{i, 1})[0]; };
-    p.max_reach = S::max_reach;
+    p.evolve       = [](const Sweep<D>& s, int i) { Evolution::apply(s, Batch{i, 1}); };
+    p.reach        = [](const Lattice<D>& g, const ParticleView<D>& view, int i) { return S::reach(g, view, Batch{i, 1})[0]; };
+    p.max_reach    = S::max_reach;
     p.sample       = sample<S>;
     p.list_weights = list_weights<S>;
 
