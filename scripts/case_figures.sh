@@ -21,7 +21,7 @@ draw() {  # NAME, then options of `ordo_figures.py snapshots`
 [ $# -gt 0 ] || set -- two-disks wall-rebound two-balls ball-on-wall cantilever vibrating-bar pressure-ring \
     bimaterial-bar bimaterial-ring bimaterial-sphere touching-bodies oedometer incline strip-footing vertical-cut granular-column taylor-bar \
     cook-membrane water-column dam-break two-disks-contact block-on-incline shaken-table spinning-rings hertz-contact two-spheres-contact \
-    block-on-plate press-fit rolling-cylinder ball-through-slab gears wheel-on-sand everyday
+    block-on-plate press-fit rolling-cylinder ball-through-slab gears wheel-on-sand static everyday
 for case in "$@"; do
     case $case in
     everyday) "$python" scripts/everyday.py "$ordo" --methods 'cpdi1,cpls,cpls-limited,fmpm' --results build/cases/everyday --figure cases/everyday/figure.png ;;
@@ -57,6 +57,7 @@ for case in "$@"; do
     ball-through-slab) draw "$case" --times 0.02,0.04,0.06 --field plastic_strain --limits 0,2 --curve history.csv:ball_velocity_y ;;
     gears) draw "$case" --times 0.5,1.2,4 --field von_mises --limits 0,2e5 --curve history.csv:driven_shaft_rotation_z ;;
     wheel-on-sand) draw "$case" --times 0.5,2,3.5 --field plastic_strain --limits 0,0.5 --curve history.csv:wheel_force_x ;;
+    static) draw "$case" --times 0.2,0.6,1 --field stress_xx --curve probe_tip.csv:displacement_y ;;
     block-on-plate) draw "$case" --times 0.4,0.8,1.2 --field velocity --view=-60,20 --curve energies ;;
     bimaterial-bar)
         set -- "$case" --times 0.08,0.16,0.34,0.53 --field stress_yy --limits=-20000,160000 --curve probe_B.csv:stress_yy

@@ -22,12 +22,22 @@ double free_length(const Vector& r, const std::vector<unsigned char>& held)
         [](double& total, double one) { total += one; }));
 }
 
+/// Up to so many unknowns matrices are factored; 0: as multigrid chooses. At rest more, for stiffness that flow or averages make uneven costs
+/// iterations there; inertia makes it even.
+template <int D>
+int direct_unknowns(const MethodSpec& method)
+{
+    return !is_static(method) ? 0 : D == 1 ? 100000 : D == 2 ? 50000 : 6000;
+}
+
 /// The linear system of an iteration.
 template <int D>
 class NewtonSystem {
   public:
-    NewtonSystem(StepEquations<D>& equations, const Vec<D, bool>& periodic, const Index<D>& cells)
-        : equations_(equations), is_symmetric_(equations.is_symmetric())
+    NewtonSystem(StepEquations<D>& equations, const MethodSpec& method, const Vec<D, bool>& periodic, const Index<D>& cells)
+        : equations_(equations),
+          is_symmetric_(equations.is_symmetric()),
+          multigrid_(MultigridChoices{.direct_unknowns = direct_unknowns<D>(method)})
     {
         is_regular_ = multigrid_.set_up(equations.matrix(), equations.places(), periodic, cells, equations.held(), is_symmetric_);
     }
@@ -98,7 +108,7 @@ NewtonResult attempt(StepEquations<D>& equations, const MethodSpec& method, cons
             return fail(
                 fmt::format("{} iterations of Newton's method left a residual of {:.3g} N, above {:.3g} (newton_tolerance)",
                             out.report.iterations, norm, tolerance));
-        NewtonSystem<D> system(equations, periodic, cells);
+        NewtonSystem<D> system(equations, method, periodic, cells);
         if (!system.is_regular())
             return fail("the tangent is singular: a body is free to move, or a material has lost its stiffness");
         rhs = r;

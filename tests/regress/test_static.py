@@ -56,7 +56,7 @@ class Static(unittest.TestCase):
         x, y  = elastica(2.0)
         tips  = []
         for spacing in (0.5, 0.25, 0.125):
-            seen, files = self.run_static("cantilever.toml", "--set", f"grid.spacing={spacing}", "--set", "output.interval=1")
+            seen, files = self.run_static("case.toml", "--set", f"grid.spacing={spacing}", "--set", "output.interval=1")
             start, end  = corners(files[0][1]), corners(files[-1][1])
             tip         = start[:, 0] > 20 - 1e-6
             tips.append((end[tip] - start[tip])[:, :2].mean(axis=0))
@@ -77,7 +77,7 @@ class Static(unittest.TestCase):
         self.assertLess(F.min(), 0.8)  # large strains
         u = numpy.concatenate([[0], numpy.cumsum((F[1:] + F[:-1]) / 2 - 1) * (X[1] - X[0])])
         for spacing in (0.25, 0.125):
-            seen, files = self.run_static("column.toml", "--set", f"grid.spacing={spacing}")
+            seen, files = self.run_static("case-column.toml", "--set", f"grid.spacing={spacing}")
             start, end  = (particle_data(read_vtk(file)) for _, file in (files[0], files[-1]))
             height      = start["position"][:, 1]
             load        = weight * (9 - height)
@@ -90,7 +90,7 @@ class Static(unittest.TestCase):
 
     def test_ring_follows_lame_then_hill(self):
         k, outer  = 100, 2.0
-        _, files = self.run_static("ring.toml")
+        _, files = self.run_static("case-ring.toml")
         start    = particle_data(read_vtk(files[0][1]))
         r        = numpy.hypot(*start["position"][:, :2].T)
         normal   = start["position"][:, :2] / r[:, None]
