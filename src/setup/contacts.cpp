@@ -35,7 +35,7 @@ const char* refusal_of_contact(const MethodSpec& m, int dim, bool with_obstacles
     if (m.quadrature != Quadrature::particle || m.projection == Projection::tls || m.gradient == Gradient::adjoint)
         return "cannot be with fits in the cells of the grid, which all bodies in a cell share: set "
                "quadrature = \"particle\", and a projection other than tls";
-    if (!has_faces(m) && with_obstacles && !is_implicit(m) && !(projects_again(m) && strain_velocity_of(m) == 0))
+    if (!has_faces(m) && with_obstacles && !(projects_again(m) && strain_velocity_of(m) == 0))
         return "with domain point or box needs scheme = \"musl\" with strain_velocity 0: with others the particles on the "
                "obstacle turn inside out; or "
                "use cpdi1, cpdi2 or another method with domain parallelepiped, cell or simplex, whose faces meet it with any "

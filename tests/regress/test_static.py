@@ -3,10 +3,12 @@
 Grids are coarse, so that a run takes seconds; finer ones are in the README of each case and in docs/implicit.md.
 """
 
+import pathlib
+import tempfile
 import unittest
 
 import numpy
-from harness import frames, particle_data, read_vtk
+from harness import frames, history, ordo, particle_data, read_vtk
 from test_benchmarks import CookMembrane
 from test_cases import run_case
 from vtk.util.numpy_support import vtk_to_numpy
@@ -150,6 +152,70 @@ class Dynamics(unittest.TestCase):
         self.assertAlmostEqual(least["midpoint"][0] / least["musl"][0], 1, delta=0.02)
         self.assertAlmostEqual(least["midpoint"][1] / least["musl"][1], 1, delta=0.05)
         self.assertLess(least["midpoint"][2], least["musl"][2] / 10)
+
+
+SLOPE = '''title = "A block on a rigid slope of 14.5 degrees"
+gravity = [2.5, -9.682458365518542]
+[grid]
+size = [2.0, 1.0]
+spacing = 0.1
+[method]
+preset = "cpdi1"
+scheme = "static"
+[time]
+end = 1.0
+dt = 0.5
+[[material]]
+name = "rubber"
+density = 1000.0
+young = 1.0e6
+poisson = 0.3
+[[body]]
+name = "block"
+material = "rubber"
+shape = "box"
+lower = [0.53, 0.23]
+upper = [1.53, 0.73]
+[[obstacle]]
+name = "slope"
+shape = "half-space"
+point = [0.0, 0.23]
+normal = [0.0, 1.0]
+friction = 0.3
+[output]
+interval = 1.0
+'''
+
+
+class Obstacles(unittest.TestCase):
+    WEIGHT = 500 * 2.5, 500 * 9.682458365518542  # along and across the slope, N
+
+    def run_slope(self, *args, code=0):
+        directory = tempfile.TemporaryDirectory()
+        self.addCleanup(directory.cleanup)
+        pathlib.Path(directory.name, "case.toml").write_text(SLOPE)
+        done = ordo("run", "case.toml", "--output", "out", "--quiet", "--threads", "1", *args, cwd=directory.name)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return {name: numpy.array(values) for name, values in history(f"{directory.name}/out").items()}, done.stderr
+
+    def test_friction_holds_a_block(self):
+        for preset in ("cpdi1", "cpdi2", "bscpdi2"):
+            with self.subTest(preset):
+                seen, _ = self.run_slope("--set", f"method.preset={preset}")
+                self.assertAlmostEqual(seen["slope_force_x"][-1] / self.WEIGHT[0], 1, delta=1e-6)
+                self.assertAlmostEqual(-seen["slope_force_y"][-1] / self.WEIGHT[1], 1, delta=1e-6)
+
+    def test_too_little_friction_has_no_answer(self):
+        _, errors = self.run_slope("--set", "obstacle.0.friction=0.2", code=1)
+        self.assertIn("free to move", errors)
+
+    def test_a_block_slides(self):
+        seen, _ = self.run_slope("--set", "method.scheme=midpoint", "--set", "time.dt=0.005", "--set", "obstacle.0.friction=0.1",
+                                 "--set", "time.end=0.4")
+        late   = seen["time"] > 0.2  # all points slide
+        across = -seen["slope_force_y"][late]
+        self.assertLess(numpy.abs(seen["slope_force_x"][late] - 0.1 * across).max(), 1e-6 * across.max())
+        self.assertAlmostEqual(seen["momentum_x"][-1] / (0.4 * (self.WEIGHT[0] - 0.1 * self.WEIGHT[1])), 1, delta=0.03)
 
 
 if __name__ == "__main__":
