@@ -2,8 +2,6 @@
 
 #include "method/averaging.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -17,21 +15,15 @@ ParticleForces<D>::ParticleForces(const Model<D>& model, State<D>& s, double dt,
     for (std::size_t k = 0; k < model.materials.size(); ++k) {
         const Material& m = model.materials[k];
         OfMaterial& one   = materials_.emplace_back(OfMaterial{find_nominal_pass<D>(*m.law), static_cast<int>(k), {}});
-        if (!one.pass)
-            throw InputError(fmt::format(
-                "method: scheme midpoint, newmark or static needs the derivatives of material laws, which {} does not "
-                "have: take a law of ordo list materials, or scheme usl",
-                m.law->name));
+        ORDO_EXPECT(one.pass);  // see require_implicit_model
         for (const HistoryColumn& c : history_of(m, D)) one.columns.push_back(s.particles.history_column(c.name));
     }
     const ParticleView<D> p = s.particles.view();
     faces_.resize(model.loads.size());
     if (!model.loads.empty())
         parallel_for_each(p.count, [&](std::ptrdiff_t i) {
-            for (int l = p.load[i]; l >= 0; l = model.loads[l].is_last ? -1 : l + 1) {
-                const FaceShape<D> face = shape_of_face(model.loads[l], s.lattice, p, i);
-                faces_[l]               = {face.area, face.arm};
-            }
+            for (int l = p.load[i]; l >= 0; l = model.loads[l].is_last ? -1 : l + 1)
+                faces_[l] = shape_of_face(model.loads[l], s.lattice, p, i);
         });
     f_ = Array<Mat<D>>(n), stress_ = Array<Mat<D>>(n), moment_ = Array<Mat<D>>(n), force_ = Array<Vec<D>>(n);
     load_moment_ = Array<Mat<D>>(n), u_ = Array<Vec<D>>(n);
@@ -44,7 +36,8 @@ ParticleForces<D>::ParticleForces(const Model<D>& model, State<D>& s, double dt,
 }
 
 template <int D>
-Vec<D> ParticleForces<D>::traction_on(const Load<D>& load, const LoadFace& face, int i, const Vec<D>& u, const Mat<D>& f) const
+Vec<D> ParticleForces<D>::traction_on(const Load<D>& load, const FaceShape<D>& face, int i, const Vec<D>& u,
+                                      const Mat<D>& f) const
 {
     const double t = s_.t + (is_middle_ ? 0.5 : 1.0) * dt_;
     return force_on(load, model_.tractions, cofactor(f) * face.area,

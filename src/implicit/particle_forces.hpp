@@ -13,7 +13,7 @@ namespace ordo {
 template <int D>
 class ParticleForces {
   public:
-    /// Throws InputError for laws without derivatives.
+    /// The laws have derivatives: those of the table.
     ParticleForces(const Model<D>& model, State<D>& s, double dt, bool is_middle);
 
     /// Sets stresses and loads for displacements u and deformation gradients f of the step, and their derivatives if they are wanted. Body forces
@@ -42,12 +42,8 @@ class ParticleForces {
         int material;
         std::vector<int> columns;
     };
-    /// A loaded face at the start of the step.
-    struct LoadFace {
-        Vec<D> area, arm;
-    };
     bool has_averages() const { return model_.method.averaging != Averaging::none; }
-    Vec<D> traction_on(const Load<D>& load, const LoadFace& face, int i, const Vec<D>& u, const Mat<D>& f) const;
+    Vec<D> traction_on(const Load<D>& load, const FaceShape<D>& face, int i, const Vec<D>& u, const Mat<D>& f) const;
     Mat<D> part_of(const Mat<D>& f) const { return is_middle_ ? 0.5 * (f + Mat<D>::identity()) : f; }
     void find_loads(const Vec<D>* u, const Mat<D>* f);
     void average_steps(const Mat<D>* f);
@@ -58,7 +54,7 @@ class ParticleForces {
     double dt_;
     bool is_middle_;
     std::vector<OfMaterial> materials_;
-    std::vector<LoadFace> faces_;  ///< by load
+    std::vector<FaceShape<D>> faces_;  ///< of the loads, at the start of the step
     Array<Mat<D>> f_, stress_, moment_, load_moment_;
     Array<Vec<D>> force_, u_;
     Array<Tangent<D>> tangent_;

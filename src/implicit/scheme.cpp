@@ -15,6 +15,12 @@
 namespace ordo {
 
 template <int D>
+Implicit<D>::Implicit(Model<D> of) : PassScheme<D>(std::move(of))
+{
+    require_implicit_model(model());
+}
+
+template <int D>
 void Implicit<D>::find_projection(State<D>& s) const
 {
     Lanes* nodes = s.field.nodes.data();

@@ -12,7 +12,8 @@ namespace ordo {
 template <int D>
 class Implicit final : public PassScheme<D> {
   public:
-    explicit Implicit(Model<D> of) : PassScheme<D>(std::move(of)) {}
+    /// Throws InputError for models that it cannot treat.
+    explicit Implicit(Model<D> of);
 
     using Scheme<D>::model;
 
@@ -20,7 +21,6 @@ class Implicit final : public PassScheme<D> {
     using PassScheme<D>::method;
     using PassScheme<D>::passes;
     using PassScheme<D>::mass_solver;
-    using PassScheme<D>::times;
     using PassScheme<D>::sweep;
     using PassScheme<D>::gather;
     using PassScheme<D>::deform;

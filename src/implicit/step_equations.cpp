@@ -264,11 +264,12 @@ bool StepEquations<D>::find_residual(std::span<const double> u, std::span<double
         largest_force_ = std::max(largest_force_, length_of(of_obstacles));
         add_multiple(r, 1.0, of_obstacles);
     }
-    largest_force_ = std::max(largest_force_, length_of(r));
-    set_forces(nodes_.data(), true);
+    largest_force_       = std::max(largest_force_, length_of(r));
+    const bool has_loads = !s_.particles.b.empty() || !model_.tractions.empty();
+    if (has_loads) set_forces(nodes_.data(), true);
     Vector rest(size());
     for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) {
-        rest[k] = nodes_[node][NodeLane::increment + a] + mass_[k / D] * model_.gravity[a];
+        rest[k] = (has_loads ? nodes_[node][NodeLane::increment + a] : 0.0) + mass_[k / D] * model_.gravity[a];
     });
     largest_force_ = std::max(largest_force_, length_of(rest));
     find_rounding(u);

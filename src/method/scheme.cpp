@@ -256,6 +256,9 @@ void Scheme<D>::on_nodes(OnNodes<D> change)
 {
     if (change && is_spline_fit(model_.method))
         throw InputError("method: projection spline-fit has no nodes that forces act on; take another method, such as bscpdi2");
+    if (change && is_implicit(model_.method))
+        throw InputError("method: implicit schemes solve for the nodes, so nothing can change their forces in a step; take "
+                         "scheme usl or musl");
     on_nodes_ = std::move(change);
 }
 

@@ -129,6 +129,20 @@ TEST(ImplicitSteps, ThreadsDoNotChangeBits)
     }
 }
 
+/// What the equations do not hold is refused where a scheme is made, also by programs on the library.
+TEST(ImplicitSteps, RefusesWhatItCannotTreat)
+{
+    Model<2> walled = test::unit_box<2>(6, implicit_spec(TimeScheme::midpoint));
+    walled.walls.emplace_back();
+    EXPECT_THROW(static_cast<void>(make_scheme(std::move(walled))), InputError);
+    Model<2> meeting = test::unit_box<2>(6, implicit_spec(TimeScheme::midpoint));
+    meeting.contacts.emplace_back();
+    EXPECT_THROW(static_cast<void>(make_scheme(std::move(meeting))), InputError);
+    const auto scheme = make_scheme(test::unit_box<2>(6, implicit_spec(TimeScheme::midpoint)));
+    EXPECT_THROW(scheme->on_nodes([](NodeForces<2>&) {}), InputError);
+    EXPECT_NO_THROW(scheme->on_nodes({}));
+}
+
 /// A bar that a moving end shortens: in one step `static` finds the uniform strain, the force of the end and its work to second order, and leaves
 /// no velocity.
 TEST(ImplicitSteps, StaticPressIsExact)

@@ -3,13 +3,12 @@
 Grids are coarse, so that a run takes seconds; finer ones are in the README of each case and in docs/implicit.md.
 """
 
-import pathlib
-import tempfile
 import unittest
 
 import numpy
-from harness import frames, history, ordo, particle_data, read_vtk
-from test_benchmarks import CookMembrane
+import test_benchmarks  # as modules: the tests of a class that is imported would run here too
+import test_contact
+from harness import frames, ordo, particle_data, read_vtk
 from test_cases import run_case
 from vtk.util.numpy_support import vtk_to_numpy
 
@@ -121,7 +120,7 @@ class ShippedCasesAtRest(unittest.TestCase):
     """Cases that reach rest by slow loading give the same by `static`, in some load steps."""
 
     def test_cook_membrane(self):
-        reference = CookMembrane.STATIC[0.49][0]
+        reference = test_benchmarks.CookMembrane.STATIC[0.49][0]
         seen, directory, _ = run_case(self, "cook-membrane", "--threads", "1", "--set", "method.scheme=static", "--set",
                                       "time.end=2.2e-3", "--set", "time.dt=0.22e-3", "--set", "output.interval=2.2e-3")
         files      = frames(directory)
@@ -187,31 +186,24 @@ interval = 1.0
 '''
 
 
-class Obstacles(unittest.TestCase):
+class Obstacles(test_contact.Contact):
     WEIGHT = 500 * 2.5, 500 * 9.682458365518542  # along and across the slope, N
-
-    def run_slope(self, *args, code=0):
-        directory = tempfile.TemporaryDirectory()
-        self.addCleanup(directory.cleanup)
-        pathlib.Path(directory.name, "case.toml").write_text(SLOPE)
-        done = ordo("run", "case.toml", "--output", "out", "--quiet", "--threads", "1", *args, cwd=directory.name)
-        self.assertEqual(done.returncode, code, done.stderr)
-        return {name: numpy.array(values) for name, values in history(f"{directory.name}/out").items()}, done.stderr
 
     def test_friction_holds_a_block(self):
         for preset in ("cpdi1", "cpdi2", "bscpdi2"):
             with self.subTest(preset):
-                seen, _ = self.run_slope("--set", f"method.preset={preset}")
+                seen = self.run_case(SLOPE, "--set", f"method.preset={preset}")
                 self.assertAlmostEqual(seen["slope_force_x"][-1] / self.WEIGHT[0], 1, delta=1e-6)
                 self.assertAlmostEqual(-seen["slope_force_y"][-1] / self.WEIGHT[1], 1, delta=1e-6)
 
     def test_too_little_friction_has_no_answer(self):
-        _, errors = self.run_slope("--set", "obstacle.0.friction=0.2", code=1)
-        self.assertIn("free to move", errors)
+        done = ordo("run", self.write("case.toml", SLOPE), "--quiet", "--set", "obstacle.0.friction=0.2", cwd=self.dir)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("free to move", done.stderr)
 
     def test_a_block_slides(self):
-        seen, _ = self.run_slope("--set", "method.scheme=midpoint", "--set", "time.dt=0.005", "--set", "obstacle.0.friction=0.1",
-                                 "--set", "time.end=0.4")
+        seen = self.run_case(SLOPE, "--set", "method.scheme=midpoint", "--set", "time.dt=0.005", "--set", "obstacle.0.friction=0.1",
+                             "--set", "time.end=0.4")
         late   = seen["time"] > 0.2  # all points slide
         across = -seen["slope_force_y"][late]
         self.assertLess(numpy.abs(seen["slope_force_x"][late] - 0.1 * across).max(), 1e-6 * across.max())
