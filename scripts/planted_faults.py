@@ -563,6 +563,16 @@ FAULTS = [
           "inertia_ = @2 / (dt * dt)@;", "1 / (dt * dt)", "pass:ImplicitSteps.MidpointKeepsEnergyAndAngularMomentum"),
     fault("reaction-pulls", "reactions of implicit steps have the wrong sign", "implicit/scheme.cpp",
           "? @-dt * missing@[step.unknown", "dt * missing", "pass:ImplicitSteps.StaticPressIsExact"),
+    fault("parts-of-steps-add", "forces of all parts of an implicit step add up", "implicit/scheme.cpp",
+          "for (ExactSum& f : e.force) @f.clear();@", ";", "pass:ImplicitSteps.HardStepsAreHalved"),
+    fault("load-steps-forget", "a load step begins at rest", "implicit/step_equations.cpp",
+          "guess_[unknown(row, a)] = @dt_ * one.velocity[a]@;", "0.0", "pass:ImplicitSteps.LoadStepsBeginLikeTheLast"),
+    fault("cut-through-neighbours", "parts of a matrix are cut where they are joined", "solve/direct_solver.cpp",
+          "[&](int j) { return @mark_[j] == 0@; });", "mark_[j] == 1", "unit:DirectSolver.CutsMatricesOfBodies"),
+    fault("averaged-matrix", "the matrix of averaged steps has a particle's own dilation only", "implicit/tangent_matrix.cpp",
+          "change[ab * width + k] = @part * mean[k] / total@;", "0.0", "sweep:Implicit.TangentIsTheDerivativeIn2D"),
+    fault("one-row-of-a-block", "blocks of the matrix of an implicit step have the row of their first component only", "implicit/block_rows.hpp",
+          "p.value[(D * m + @a@) * width", "0", "sweep:Implicit.TangentIsTheDerivativeIn2D"),
 ]
 
 

@@ -14,12 +14,12 @@ namespace {
 
 using Vector = std::vector<double>;
 
-/// The norm over unknowns that no condition holds.
-double free_length(const Vector& r, const std::vector<unsigned char>& held)
+/// Over unknowns that no condition holds.
+double free_product(const Vector& a, const Vector& b, const std::vector<unsigned char>& held)
 {
-    return std::sqrt(parallel_reduce(
-        std::ssize(r), 0.0, [&](std::ptrdiff_t k) { return held[k] ? 0.0 : r[k] * r[k]; },
-        [](double& total, double one) { total += one; }));
+    return parallel_reduce(
+        std::ssize(a), 0.0, [&](std::ptrdiff_t k) { return held[k] ? 0.0 : a[k] * b[k]; },
+        [](double& total, double one) { total += one; });
 }
 
 /// Up to so many unknowns matrices are factored; 0: as multigrid chooses. At rest more, for stiffness that flow or averages make uneven costs
@@ -30,21 +30,40 @@ int direct_unknowns(const MethodSpec& method)
     return !is_static(method) ? 0 : D == 1 ? 100000 : D == 2 ? 50000 : 6000;
 }
 
-/// The linear system of an iteration.
+/// The linear systems of a step. A preconditioner serves as long as it costs few iterations, for tangents change little while Newton's method
+/// converges.
 template <int D>
 class NewtonSystem {
   public:
     NewtonSystem(StepEquations<D>& equations, const MethodSpec& method, const Vec<D, bool>& periodic, const Index<D>& cells)
         : equations_(equations),
-          is_symmetric_(equations.is_symmetric()),
+          periodic_(periodic),
+          cells_(cells),
           multigrid_(MultigridChoices{.direct_unknowns = direct_unknowns<D>(method)})
-    {
-        is_regular_ = multigrid_.set_up(equations.matrix(), equations.places(), periodic, cells, equations.held(), is_symmetric_);
-    }
-    bool is_regular() const { return is_regular_; }
+    {}
 
-    /// K x = b for the unknowns that are not held, x = 0 at held ones.
-    KrylovReport solve(const Vector& b, Vector& x, double tolerance)
+    /// K x = b for the unknowns that are not held, x = 0 at held ones, with the tangent K at the last residual. False if it is singular.
+    bool solve(const Vector& b, Vector& x, double tolerance, KrylovReport& report)
+    {
+        constexpr int most = 500, patience = 4;
+        std::fill(x.begin(), x.end(), 0.0);
+        int before = 0;
+        if (serves_) {
+            report  = solve_with_last(b, x, tolerance, fresh_iterations_ + patience);
+            serves_ = report.converged;
+            if (serves_) return true;
+            before = report.iterations;
+        }
+        if (!multigrid_.set_up(equations_.matrix(), equations_.places(), periodic_, cells_, equations_.held())) return false;
+        report            = solve_with_last(b, x, tolerance, most);
+        fresh_iterations_ = report.iterations;
+        serves_           = report.converged;
+        report.iterations += before;
+        return true;
+    }
+
+  private:
+    KrylovReport solve_with_last(const Vector& b, Vector& x, double tolerance, int iterations)
     {
         const auto& held = equations_.held();
         auto product     = [&](std::span<const double> from, std::span<double> to) {
@@ -53,121 +72,169 @@ class NewtonSystem {
                 if (held[k]) to[k] = 0.0;
         };
         auto precondition = [&](std::span<const double> from, std::span<double> to) { multigrid_.apply(from, to); };
-        const KrylovLimits limits{.tolerance = tolerance, .iterations = 500, .restart = 60};
-        if (is_symmetric_) {
-            KrylovReport r = conjugate_gradients(product, precondition, b, x, limits);
-            if (r.converged || !r.negative_curvature) return r;
-            KrylovReport next = gmres(product, precondition, b, x, limits);
-            next.iterations += r.iterations;
-            return next;
-        }
-        return gmres(product, precondition, b, x, limits);
+        const KrylovLimits limits{.tolerance = tolerance, .iterations = iterations, .restart = 60};
+        if (!equations_.is_symmetric()) return gmres(product, precondition, b, x, limits);
+        KrylovReport r = conjugate_gradients(product, precondition, b, x, limits);
+        if (r.converged || !r.negative_curvature) return r;
+        KrylovReport next = gmres(product, precondition, b, x, limits);
+        next.iterations += r.iterations;
+        return next;
     }
 
-  private:
     StepEquations<D>& equations_;
-    bool is_symmetric_, is_regular_ = false;
+    const Vec<D, bool>& periodic_;
+    const Index<D>& cells_;
     GridMultigrid<D> multigrid_;
+    bool serves_          = false;
+    int fresh_iterations_ = 0;
 };
 
-/// One attempt, from the guess of the equations. The tolerance of linear solves follows the last drop of the residual (Eisenstat & Walker
-/// 1996, SIAM J. Sci. Comput. 17:16, choice 2 with gamma = 0.9). The displacements of conditions enter as part of the first iteration, so that
-/// the first trial is not one that moves the held nodes alone. `descends`: steps are halved until the residual falls (Armijo).
+/// Where Newton's method is.
+struct Iterate {
+    Vector u, missing;        ///< displacements, m, and the residual there, N
+    double norm     = 0;      ///< of the residual over free unknowns
+    bool has_motion = false;  ///< u has what conditions give
+};
+
+/// The part of a step of Newton's method that is taken next in the search for a root of the residual's component along it, from the parts that were
+/// tried: bisection and the secant (Matthies & Strang 1979, IJNME 14:1613).
+class LineSearch {
+  public:
+    explicit LineSearch(double slope) : low_{0.0, slope} {}
+
+    bool accepts(double slope) const { return std::fabs(slope) <= 0.5 * std::fabs(first_); }
+    double next(double part, double slope)
+    {
+        const bool is_beyond       = (slope > 0) != (low_.slope > 0);
+        (is_beyond ? high_ : low_) = {part, slope};
+        if (high_.part == 0.0) high_ = {2 * part, 0.0};
+        const double width = high_.part - low_.part, to = low_.part + width * low_.slope / (low_.slope - high_.slope);
+        return std::clamp(to, low_.part + 0.1 * width, high_.part - 0.1 * width);
+    }
+    /// Where a trial fails.
+    double back(double part) { return 0.5 * (low_.part + part); }
+
+  private:
+    struct Trial {
+        double part, slope;
+    };
+    Trial low_, high_{0.0, 0.0};
+    double first_ = low_.slope;
+};
+
+}  // namespace
+
+/// The tolerance of linear solves follows the last drop of the residual (Eisenstat & Walker 1996, SIAM J. Sci. Comput. 17:16, choice 2 with
+/// gamma = 0.9). The displacements of conditions enter as part of the first iteration, so that the first trial is not one that moves the held nodes
+/// alone. Whole steps first: those of slender bodies raise the residual before it falls, because a rotation of some size stretches at first. Where
+/// they lead nowhere, a line search from where the residual was least.
 template <int D>
-NewtonResult attempt(StepEquations<D>& equations, const MethodSpec& method, const Vec<D, bool>& periodic, const Index<D>& cells,
-                     bool descends)
+NewtonResult solve_step(StepEquations<D>& equations, const MethodSpec& method, const Vec<D, bool>& periodic,
+                        const Index<D>& cells)
 {
     constexpr double loosest = 1e-2, descent = 1e-4;
-    constexpr int most_cuts = 8;
-    const std::size_t n     = equations.size();
-    const auto& held        = equations.held();
+    constexpr int most_trials = 10, most_rising = 4;
+    const std::size_t n = equations.size();
+    const auto& held    = equations.held();
+    const auto length   = [&](const Vector& r) { return std::sqrt(free_product(r, r, held)); };
     NewtonResult out;
-    Vector &u = out.u, &r = out.missing;
-    u = equations.guess();
-    for (std::size_t k = 0; k < n; ++k)
-        if (held[k]) u[k] = 0.0;
-    r.assign(n, 0.0);
-    Vector trial(n), next(n), step(n), rhs(n);
-    bool is_moved = std::all_of(equations.known().begin(), equations.known().end(), [](double one) { return one == 0.0; });
-    auto fail     = [&](std::string why) {
-        out.why = std::move(why);
+    const auto end = [&](const Iterate& at, std::string why) {
+        if (out.report.iterations.empty()) out.report.iterations.push_back({at.norm});
+        out.u       = at.u;
+        out.missing = at.missing;
+        out.why     = std::move(why);
         return out;
     };
-    if (!equations.find_residual(u, r, true)) return fail("the first trial fails");
-    double norm = free_length(r, held), last = norm, forcing = loosest;
-    for (;; ++out.report.iterations) {
-        out.report.residuals.push_back(norm);
-        const double tolerance = method.newton_tolerance * equations.largest_force();
-        const bool is_stuck    = out.report.iterations > 0 && norm <= equations.rounding() && norm > 0.1 * last;
-        if (!std::isfinite(norm)) return fail("the residual is not finite");
-        if (is_moved && (norm <= tolerance || is_stuck)) {
-            out.converged = true;
-            return out;
+    NewtonSystem<D> system(equations, method, periodic, cells);
+    Vector step(n), given(n, 0.0), rhs(n);
+    Iterate now{equations.guess(), Vector(n)};
+    if (!equations.find_residual(now.u, now.missing, true)) {
+        std::fill(now.u.begin(), now.u.end(), 0.0);
+        if (!equations.find_residual(now.u, now.missing, true)) return end(now, "the first trial fails");
+    }
+    now.norm       = length(now.missing);
+    now.has_motion = true;
+    for (std::size_t k = 0; k < n; ++k)
+        if (held[k] && now.u[k] != equations.known()[k]) now.has_motion = false;
+    Iterate best = now, trial = now;
+    double last = now.norm, forcing = loosest;
+    bool searches = false;
+    int rising    = 0;
+    for (int iteration = 0;; ++iteration) {
+        NewtonIteration& report = out.report.iterations.emplace_back(NewtonIteration{now.norm});
+        const double tolerance  = method.newton_tolerance * equations.largest_force();
+        const bool is_stuck     = iteration > 0 && now.norm <= equations.rounding() && now.norm > 0.1 * last;
+        if (now.has_motion && (now.norm <= tolerance || is_stuck)) {
+            out.report.converged = true;
+            return end(now, "");
         }
-        if (out.report.iterations == static_cast<int>(method.newton_iterations))
-            return fail(
-                fmt::format("{} iterations of Newton's method left a residual of {:.3g} N, above {:.3g} (newton_tolerance)",
-                            out.report.iterations, norm, tolerance));
-        NewtonSystem<D> system(equations, method, periodic, cells);
-        if (!system.is_regular())
-            return fail("the tangent is singular: a body is free to move, or a material has lost its stiffness");
-        rhs = r;
-        Vector given(n, 0.0);
-        if (!is_moved) {
+        if (iteration == static_cast<int>(method.newton_iterations))
+            return end(
+                now, fmt::format("{} iterations of Newton's method left a residual of {:.3g} N, above {:.3g} (newton_tolerance)",
+                                 iteration, now.norm, tolerance));
+        rhs = now.missing;
+        if (!now.has_motion) {
             for (std::size_t k = 0; k < n; ++k)
-                if (held[k]) given[k] = equations.known()[k] - u[k];
+                if (held[k]) given[k] = equations.known()[k] - now.u[k];
             equations.multiply(given, step);
             for (std::size_t k = 0; k < n; ++k) rhs[k] -= step[k];
         }
         for (std::size_t k = 0; k < n; ++k)
             if (held[k]) rhs[k] = 0.0;
         const double size = length_of(rhs);
-        if (out.report.iterations > 0) {
-            const double drop = norm / last, safe = 0.9 * forcing * forcing;
+        if (iteration > 0) {
+            const double drop = now.norm / last, safe = 0.9 * forcing * forcing;
             forcing = std::min(std::max(0.9 * drop * drop, safe > 0.1 ? safe : 0.0), loosest);
             if (size > 0) forcing = std::max(forcing, std::min(0.3 * tolerance / size, loosest));
         }
-        std::fill(step.begin(), step.end(), 0.0);
-        const KrylovReport solved = system.solve(rhs, step, is_moved ? std::max(forcing, 1e-12) : 1e-6);
-        out.report.linear_iterations += solved.iterations;
-        if (!std::isfinite(solved.residual)) return fail("the tangent is not finite");
-        for (std::size_t k = 0; k < n; ++k) step[k] += given[k];
+        KrylovReport solved;
+        if (!system.solve(rhs, step, now.has_motion ? std::max(forcing, 1e-12) : 1e-6, solved))
+            return end(now, "the tangent is singular: a body is free to move, or a material has lost its stiffness");
+        report.linear_iterations = solved.iterations;
+        if (!std::isfinite(solved.residual)) return end(now, "the tangent is not finite");
+        if (!now.has_motion)
+            for (std::size_t k = 0; k < n; ++k) step[k] += given[k];
+
+        const double slope = free_product(now.missing, step, held);
+        LineSearch search(slope);
+        bool is_taken = false, is_sound = false;
         double part = 1.0;
-        for (int cut = 0;; ++cut, part *= 0.5) {
-            for (std::size_t k = 0; k < n; ++k) trial[k] = u[k] + part * step[k];
-            const bool is_sound = equations.find_residual(trial, next, true);
-            const double now    = is_sound ? free_length(next, held) : 0.0;
-            const bool falls =
-                !descends || !is_moved || now <= (1 - descent * part) * norm || now <= std::max(tolerance, equations.rounding());
-            if (is_sound && std::isfinite(now) && falls) {
-                last = norm;
-                norm = now;
+        for (int tried = 0; tried < most_trials && !is_taken; ++tried) {
+            for (std::size_t k = 0; k < n; ++k) trial.u[k] = now.u[k] + part * step[k];
+            is_sound = equations.find_residual(trial.u, trial.missing, true);
+            if (is_sound) trial.norm = length(trial.missing);
+            is_sound = is_sound && std::isfinite(trial.norm);
+            if (!searches || !now.has_motion) {  // what conditions give is part of the step
+                is_taken = is_sound;
                 break;
             }
-            if (!is_moved || cut == most_cuts)  // what conditions give is part of the step
-                return fail(is_sound ? "no part of a step of Newton's method reduces the residual"
-                                     : "a trial turns a particle over, or its law fails");
+            if (!is_sound) {
+                part = search.back(part);
+                continue;
+            }
+            const double there = free_product(trial.missing, step, held);
+            is_taken           = trial.norm <= std::max({(1 - descent * part) * now.norm, tolerance, equations.rounding()}) ||
+                       search.accepts(there);
+            if (!is_taken) part = search.next(part, there);
         }
-        is_moved = true;
-        std::swap(u, trial);
-        std::swap(r, next);
+        trial.has_motion = true;
+        if (is_taken) {
+            report.part = part;
+            last        = now.norm;
+            std::swap(now, trial);
+            rising = now.norm < best.norm || !best.has_motion ? 0 : rising + 1;
+            if (rising == 0) best = now;
+        }
+        if (is_taken && (searches || rising < most_rising)) continue;
+        if (searches || !best.has_motion)
+            return end(now, is_sound ? "no part of a step of Newton's method reduces the residual"
+                                     : "a trial turns a particle over, or its law fails");
+        searches = true;
+        now      = best;
+        last     = now.norm;
+        forcing  = loosest;
+        equations.find_residual(now.u, now.missing, true);
     }
-}
-
-}  // namespace
-
-/// Whole steps first: those of slender bodies raise the residual before it falls, because a rotation of some size stretches at first. Where they
-/// lead nowhere, once more with steps that reduce the residual.
-template <int D>
-NewtonResult solve_step(StepEquations<D>& equations, const MethodSpec& method, const Vec<D, bool>& periodic,
-                        const Index<D>& cells)
-{
-    NewtonResult whole = attempt(equations, method, periodic, cells, false);
-    if (whole.converged) return whole;
-    NewtonResult searched = attempt(equations, method, periodic, cells, true);
-    searched.report.iterations += whole.report.iterations;
-    searched.report.linear_iterations += whole.report.linear_iterations;
-    return searched;
 }
 
 template NewtonResult solve_step(StepEquations<1>&, const MethodSpec&, const Vec<1, bool>&, const Index<1>&);

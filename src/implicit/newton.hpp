@@ -14,8 +14,7 @@ class StepEquations;
 
 /// How Newton's method ended.
 struct NewtonResult {
-    bool converged = false;
-    std::string why;                 ///< not, if it did not
+    std::string why;                 ///< it did not converge
     std::vector<double> u, missing;  ///< displacements, m, and the residual there, N
     NewtonReport report;
 };

@@ -139,6 +139,31 @@ TileReport ParticleForces<D>::find(const Vec<D>* u, const Mat<D>* f, bool with_d
 }
 
 template <int D>
+bool ParticleForces<D>::has_symmetric_tangents() const
+{
+    constexpr double rounding = 1e-9;
+    struct Sizes {
+        double whole, skew;
+    };
+    const Sizes most = parallel_reduce(
+        s_.particles.count, Sizes{},
+        [&](std::ptrdiff_t i) {
+            Sizes r{};
+            for (int j = 0; j < D * D; ++j)
+                for (int k = 0; k <= j; ++k) {
+                    const double one = tangent_[i].c[j][k], other = tangent_[i].c[k][j];
+                    r.whole = std::max(r.whole, std::fabs(one));
+                    r.skew  = std::max(r.skew, std::fabs(one - other));
+                }
+            return r;
+        },
+        [](Sizes& total, const Sizes& one) {
+            total = {std::max(total.whole, one.whole), std::max(total.skew, one.skew)};
+        });
+    return most.skew <= rounding * most.whole;
+}
+
+template <int D>
 void ParticleForces<D>::differentiate(const Mat<D>* df, Vec<D>* force, Mat<D>* moment)
 {
     const ParticleView<D> p = s_.particles.view();

@@ -31,6 +31,7 @@ class ParticleForces {
     // For matrices, at the last trial with derivatives.
     /// d Pi : d f, with averages of the scaled step.
     const Tangent<D>& tangent(int i) const { return tangent_[i]; }
+    bool has_symmetric_tangents() const;
     const Mat<D>& step(int i) const { return f_[i]; }
     /// With averages: the scale of the step, and the weight of the particle's dilation f^-T : df in the average.
     double scale(int i) const { return scale_[i]; }

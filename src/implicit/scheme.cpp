@@ -42,6 +42,7 @@ template <int D>
 void Implicit<D>::take_step(State<D>& s, double dt) const
 {
     s.has_external_forces = false;
+    s.newton.of_step.clear();
     double left = dt, part = dt;
     int halved = 0;
     for (bool is_first = true; left > 1e-12 * dt; is_first = false) {
@@ -84,8 +85,10 @@ bool Implicit<D>::try_step(State<D>& s, double dt, std::string& why) const
     StepEquations<D> step = equations(s, dt);
     if (s.projection.is_wanted) s.projection.set(mass_and_momentum(s), mass_and_momentum(s));
     NewtonResult r = solve_step(step, method(), s.lattice.periodic, s.lattice.cells);
+    r.report.t     = s.t;
+    r.report.dt    = dt;
     s.newton.add(r.report);
-    if (!r.converged) {
+    if (!r.report.converged) {
         why = r.why + blame(s, step, r.missing);
         return false;
     }
@@ -137,6 +140,7 @@ void Implicit<D>::finish(State<D>& s, StepEquations<D>& step, const std::vector<
     if (s.account.is_wanted) account_for(s, step, u, missing, dt);
     if (is_static(method())) {
         parallel_for_each(s.particles.count, [&](std::ptrdiff_t i) { s.particles.v[i] = {}; });
+        step.keep_load_step(u);
     } else {
         step.set_velocities(u, nodes);
         gather(s, passes().update_velocity, nodes, dt);
@@ -183,6 +187,8 @@ void Implicit<D>::account_for(State<D>& s, StepEquations<D>& step, const std::ve
     } else {
         add([&](std::ptrdiff_t i) { return nodes[i] * nodes[i][NodeLane::mass]; });
     }
+    for (ExchangeParts& e : s.account.of_boundaries)  // forces are those of the last part of a step
+        for (ExactSum& f : e.force) f.clear();
     const ExchangeSums<D> sums(&s.account.of_boundaries, dt);
     s.field.constraints.add_impulses(model().conditions, {s.t + dt, dt}, sums, [&](std::ptrdiff_t node, int a) {
         const int row = step.rows().row(node);

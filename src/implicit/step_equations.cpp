@@ -5,52 +5,11 @@
 #include "solve/krylov.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 namespace ordo {
-
-/// The rows of a matrix of blocks, filled in any order.
-template <int D>
-class BlockRows {
-  public:
-    explicit BlockRows(std::size_t rows) : rows_(rows) {}
-
-    Mat<D>& at(std::size_t row, int column)
-    {
-        Row& r       = rows_[row];
-        const auto k = std::lower_bound(r.column.begin(), r.column.end(), column) - r.column.begin();
-        if (k == std::ssize(r.column) || r.column[k] != column) {
-            r.column.insert(r.column.begin() + k, column);
-            r.block.insert(r.block.begin() + k, Mat<D>{});
-        }
-        return r.block[k];
-    }
-    SparseRows scalars() const
-    {
-        SparseRows m;
-        m.first.push_back(0);
-        for (const Row& r : rows_)
-            for (int a = 0; a < D; ++a) {
-                for (std::size_t k = 0; k < r.column.size(); ++k)
-                    for (int b = 0; b < D; ++b) {
-                        m.column.push_back(D * r.column[k] + b);
-                        m.value.push_back(r.block[k](a, b));
-                    }
-                m.first.push_back(std::ssize(m.column));
-            }
-        return m;
-    }
-
-  private:
-    struct Row {
-        std::vector<int> column;
-        std::vector<Mat<D>> block;
-    };
-    std::vector<Row> rows_;
-};
 
 namespace {
 
@@ -82,8 +41,9 @@ StepEquations<D>::StepEquations(const Model<D>& model, const Passes<D>& passes, 
     f_ = Array<Mat<D>>(n), d_moment_ = Array<Mat<D>>(n);
     make_room(nodes_, s.field.nodes.size());
     s.field.mass.is_formed = false;
-    project(nullptr, velocity_);
+    project(s.particles.v, velocity_);
     find_held();
+    fit_guess();
     start_.assign(size(), 0.0);
     obstacles_.emplace(model, s, rows_, dt, kContactStiffness);
     if (method().scheme == TimeScheme::midpoint) {
@@ -92,7 +52,7 @@ StepEquations<D>::StepEquations(const Model<D>& model, const Passes<D>& passes, 
     } else if (method().scheme == TimeScheme::newmark) {
         inertia_ = 1 / (method().newmark_beta * dt * dt);
         if (s.n == 0) find_first_accelerations();
-        project(&s.particles.a, acceleration_);
+        project(s.particles.a, acceleration_);
         for (std::size_t k = 0; k < size(); ++k) {
             if (held_[k]) acceleration_[k] = 0.0;
             start_[k] = dt * velocity_[k] + dt * dt * (0.5 - method().newmark_beta) * acceleration_[k];
@@ -121,33 +81,88 @@ void StepEquations<D>::scatter(typename Passes<D>::Scatter pass, const Sweep<D>&
     s_.field.halo.add(view.nodes, 0, NodeLane::end);
 }
 
-/// Masses, and `out` the projection of velocities, or of other vectors of the particles.
+/// Sets `out` to the projection of vectors of the particles; the first of a step numbers the rows and finds their masses and the guess.
 template <int D>
-void StepEquations<D>::project(const Array<Vec<D>>* instead_of_velocities, Vector& out)
+void StepEquations<D>::project(const Array<Vec<D>>& of, Vector& out)
 {
     Lanes* nodes  = s_.field.nodes.data();
     Sweep<D> view = sweep(nodes);
-    if (instead_of_velocities) view.p.v = const_cast<Vec<D>*>(instead_of_velocities->data());
+    view.p.v      = const_cast<Vec<D>*>(of.data());
     scatter(passes_.project, view);
-    if (!instead_of_velocities) {
-        double most = 0.0;
-        s_.field.tiles.for_each_node([&](const Index<D>&, std::ptrdiff_t i) { most = std::max(most, nodes[i][NodeLane::mass]); });
-        largest_mass_ = most;
-        rows_.assign(s_.lattice, s_.field.tiles, 1,
-                     [&](std::ptrdiff_t i) { return nodes[i][NodeLane::mass] > kLeastMass * most; });
-        mass_.resize(static_cast<std::size_t>(rows_.count()));
-        for (std::size_t k = 0; k < mass_.size(); ++k) mass_[k] = nodes[rows_.node(static_cast<int>(k) + 1)][NodeLane::mass];
-        guess_.resize(mass_.size() * D);
-        for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) {
-            guess_[k] = is_static(method()) ? 0.0 : dt_ / mass_[k / D] * nodes[node][NodeLane::velocity + a];
-        });
-    }
+    if (mass_.empty()) number_rows(nodes);
     if (method().mass == MassMatrix::consistent)
         mass_solver_.solve(s_, view, nodes, s_.field.known.data(), MassSolver<D>::kVelocity);
     else
         momenta_to_velocities(nodes, s_.field.tiles);
     out.resize(mass_.size() * D);
     for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) { out[k] = nodes[node][NodeLane::velocity + a]; });
+}
+
+template <int D>
+void StepEquations<D>::number_rows(const Lanes* nodes)
+{
+    s_.field.tiles.for_each_node(
+        [&](const Index<D>&, std::ptrdiff_t i) { largest_mass_ = std::max(largest_mass_, nodes[i][NodeLane::mass]); });
+    rows_.assign(s_.lattice, s_.field.tiles, 1,
+                 [&](std::ptrdiff_t i) { return nodes[i][NodeLane::mass] > kLeastMass * largest_mass_; });
+    mass_.resize(static_cast<std::size_t>(rows_.count()));
+    for (std::size_t k = 0; k < mass_.size(); ++k) mass_[k] = nodes[rows_.node(static_cast<int>(k) + 1)][NodeLane::mass];
+    guess_.resize(mass_.size() * D);
+    for_each_unknown(
+        [&](std::size_t k, std::ptrdiff_t node, int a) { guess_[k] = dt_ / mass_[k / D] * nodes[node][NodeLane::velocity + a]; });
+}
+
+/// Where conditions give none of it, a step in motion begins without. A load step begins like the last one, if that fits what conditions give now,
+/// and moves the body little enough that it still has the same nodes.
+template <int D>
+void StepEquations<D>::fit_guess()
+{
+    if (!is_static(method())) {
+        for (std::size_t k = 0; k < size(); ++k)
+            if (held_[k]) guess_[k] = 0.0;
+        return;
+    }
+    constexpr double largest_factor = 4.0, least_fit = 0.1, most_cells = 0.5;
+    std::fill(guess_.begin(), guess_.end(), 0.0);
+    for (const NodeMotion<D>& one : s_.load_step)
+        if (const int row = row_at(one.node); row > 0)
+            for (int a = 0; a < D; ++a) guess_[unknown(row, a)] = dt_ * one.velocity[a];
+    double known = 0.0, fit = 0.0, at_held = 0.0, misfit = 0.0;
+    for (std::size_t k = 0; k < size(); ++k)
+        if (held_[k]) {
+            known += known_[k] * known_[k];
+            fit += known_[k] * guess_[k];
+            at_held += guess_[k] * guess_[k];
+        }
+    const double factor = known == 0.0 ? 1.0 : at_held > 0.0 ? std::clamp(fit / at_held, 0.0, largest_factor) : 0.0;
+    double cells        = 0.0;
+    for (std::size_t k = 0; k < size(); ++k) {
+        guess_[k] *= factor;
+        cells = std::max(cells, std::fabs(guess_[k]) / model_.h[static_cast<int>(k % D)]);
+        if (held_[k]) misfit += (guess_[k] - known_[k]) * (guess_[k] - known_[k]);
+    }
+    const bool fits = cells <= most_cells && misfit <= least_fit * inner_product(guess_, guess_);
+    for (std::size_t k = 0; k < size(); ++k) guess_[k] = !fits ? 0.0 : held_[k] ? known_[k] : guess_[k];
+}
+
+/// The row of a node that may have none, or lie beyond those of the step.
+template <int D>
+int StepEquations<D>::row_at(const Index<D>& node) const
+{
+    for (int a = 0; a < D; ++a)
+        if (node[a] < 0 || node[a] >= s_.lattice.nodes[a]) return 0;
+    return rows_.row(s_.lattice.offset(node));
+}
+
+template <int D>
+void StepEquations<D>::keep_load_step(std::span<const double> u) const
+{
+    s_.load_step.resize(mass_.size());
+    for (int row = 1; row < rows_.end(); ++row) {
+        NodeMotion<D>& one = s_.load_step[static_cast<std::size_t>(row) - 1];
+        one.node           = s_.lattice.index(rows_.node(row));
+        for (int a = 0; a < D; ++a) one.velocity[a] = u[unknown(row, a)] / dt_;
+    }
 }
 
 /// Those of the particles at the start of a run, by the lumped mass.
@@ -287,7 +302,7 @@ void StepEquations<D>::add_penalty_forces(std::span<const double> u, Lanes* node
     for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) { nodes[node][NodeLane::increment + a] += force[k]; });
 }
 
-/// What displacements leave of a residual by rounding: in gradients, which stiffness multiplies, and in inertia.
+/// What displacements leave of a residual by rounding: in deformation gradients, which stiffness multiplies, and in inertia.
 template <int D>
 void StepEquations<D>::find_rounding(std::span<const double> u)
 {
@@ -297,8 +312,8 @@ void StepEquations<D>::find_rounding(std::span<const double> u)
     for (int a = 0; a < D; ++a) volume *= model_.h[a];
     const double h     = *std::min_element(model_.h.c, model_.h.c + D);
     const double roots = std::sqrt(static_cast<double>(size()));
-    rounding_ =
-        16 * std::numeric_limits<double>::epsilon() * roots * largest * (modulus * volume / (h * h) + inertia_ * largest_mass_);
+    rounding_          = 16 * std::numeric_limits<double>::epsilon() * roots *
+                ((h + largest) * modulus * volume / (h * h) + largest * inertia_ * largest_mass_);
     if (is_middle_) rounding_ += kEnergyRounding * roots * modulus * volume / h;
 }
 
@@ -330,158 +345,39 @@ void StepEquations<D>::multiply(std::span<const double> x, std::span<double> y)
 template <int D>
 bool StepEquations<D>::is_symmetric() const
 {
-    const auto& p = model_.materials;
-    return !is_middle_ && model_.tractions.empty() && model_.obstacles.empty() &&
-           std::all_of(p.begin(), p.end(), [](const Material& m) { return m.law->is_hyperelastic && m.branches.count == 0; });
-}
-
-/// Of the particles' own tangents.
-template <int D>
-void StepEquations<D>::add_stiffness(BlockRows<D>& rows) const
-{
-    const Sweep<D> view = sweep(nullptr);
-    auto add            = [&](const Tile& tile) {
-        std::vector<NodeWeight<D>> weights;
-        for (int i = tile.begin; i < tile.end; ++i) {
-            passes_.list_weights(view, i, weights);
-            const Tangent<D>& A = forces_.tangent(i);
-            for (const NodeWeight<D>& from : weights) {
-                const int column = rows_.row(from.node) - 1;
-                if (column < 0) continue;
-                double part[D * D][D];  // A contracted with the slope of the column
-                for (int ab = 0; ab < D * D; ++ab)
-                    for (int c = 0; c < D; ++c) {
-                        part[ab][c] = 0.0;
-                        for (int d = 0; d < D; ++d) part[ab][c] += A.c[ab][D * c + d] * from.slope[d];
-                    }
-                for (const NodeWeight<D>& to : weights) {
-                    const int row = rows_.row(to.node) - 1;
-                    if (row < 0) continue;
-                    Mat<D>& block = rows.at(static_cast<std::size_t>(row), column);
-                    for (int a = 0; a < D; ++a)
-                        for (int c = 0; c < D; ++c)
-                            for (int b = 0; b < D; ++b) block(a, c) += part[D * a + b][c] * to.slope[b];
-                }
-            }
-        }
-    };
-    const bool has_images = std::any_of(s_.lattice.periodic.c, s_.lattice.periodic.c + D, [](bool one) { return one; });
-    if (has_images)  // tiles of one colour may share the nodes that images repeat
-        for (const Tile& tile : s_.field.tiles.tiles()) add(tile);
-    else
-        s_.field.tiles.for_each_by_colour(add);
-}
-
-/// The same of averaged steps, s (df + (mean theta - theta) f/D) with theta = f^-T : df: a particle has the nodes of all particles of its body in
-/// its cell of the grid. Averages at vertices are taken for those over cells.
-template <int D>
-void StepEquations<D>::add_averaged_stiffness(BlockRows<D>& rows) const
-{
-    const ParticleView<D> p = s_.particles.view();
-    const Sweep<D> view     = sweep(nullptr);
-    std::vector<std::array<std::ptrdiff_t, 3>> order(static_cast<std::size_t>(p.count));  // body, cell, particle
-    parallel_for_each(p.count, [&](std::ptrdiff_t i) {
-        Index<D> cell{};
-        for (int a = 0; a < D; ++a) cell[a] = static_cast<int>(s_.lattice.cell_coordinate(a, p.x[i][a]));
-        order[static_cast<std::size_t>(i)] = {p.body[i], s_.lattice.offset(cell), i};
-    });
-    std::sort(order.begin(), order.end());
-    struct Node {
-        int row;
-        Vec<D> mean{};  // of the slopes of its function, f^-T grad phi
-    };
-    std::vector<NodeWeight<D>> weights;
-    std::vector<Node> nodes;
-    std::vector<std::array<Mat<D>, D>> change, stress;  // of the particle's step and stress with each component of each node
-    for (std::size_t first = 0, end = 0; first < order.size(); first = end) {
-        while (end < order.size() && order[end][0] == order[first][0] && order[end][1] == order[first][1]) ++end;
-        auto for_each_slope = [&](std::size_t k, const auto& f) {
-            const int i = static_cast<int>(order[k][2]);
-            passes_.list_weights(view, i, weights);
-            const Mat<D>& step = forces_.step(i);
-            for (const NodeWeight<D>& w : weights)
-                if (const int row = rows_.row(w.node) - 1; row >= 0) {
-                    std::size_t n = 0;
-                    while (n < nodes.size() && nodes[n].row != row) ++n;
-                    if (n == nodes.size()) nodes.push_back({row});
-                    f(n, w.slope, (1 / det(step)) * (cofactor(step) * w.slope));
-                }
-        };
-        nodes.clear();
-        double total = 0.0;
-        for (std::size_t k = first; k < end; ++k) {
-            const double weight = forces_.weight(static_cast<int>(order[k][2]));
-            total += weight;
-            for_each_slope(k, [&](std::size_t n, const Vec<D>&, const Vec<D>& slope) { nodes[n].mean += weight * slope; });
-        }
-        for (Node& n : nodes) n.mean *= 1 / total;
-        for (std::size_t k = first; k < end; ++k) {
-            const int i        = static_cast<int>(order[k][2]);
-            const Mat<D>& step = forces_.step(i);
-            change.assign(nodes.size(), {});
-            stress.resize(nodes.size());
-            for (std::size_t n = 0; n < nodes.size(); ++n)
-                for (int c = 0; c < D; ++c) change[n][c] = (nodes[n].mean[c] / D) * step;
-            for_each_slope(k, [&](std::size_t n, const Vec<D>& slope, const Vec<D>& own) {
-                for (int c = 0; c < D; ++c) {
-                    change[n][c] -= (own[c] / D) * step;
-                    for (int d = 0; d < D; ++d) change[n][c](c, d) += slope[d];
-                }
-            });
-            const double square = forces_.scale(i) * forces_.scale(i);
-            for (std::size_t n = 0; n < nodes.size(); ++n)
-                for (int c = 0; c < D; ++c) stress[n][c] = square * (forces_.tangent(i) * change[n][c]);
-            for (std::size_t m = 0; m < nodes.size(); ++m)
-                for (std::size_t n = 0; n < nodes.size(); ++n) {
-                    Mat<D>& block = rows.at(static_cast<std::size_t>(nodes[m].row), nodes[n].row);
-                    for (int a = 0; a < D; ++a)
-                        for (int c = 0; c < D; ++c) block(a, c) += ddot(change[m][a], stress[n][c]);
-                }
-        }
-    }
+    return !is_middle_ && model_.tractions.empty() && model_.obstacles.empty() && forces_.has_symmetric_tangents();
 }
 
 template <int D>
-void StepEquations<D>::add_mass(BlockRows<D>& rows) const
+void StepEquations<D>::add_mass()
 {
     if (inertia_ == 0.0) return;
-    const MassSystem<D>& m = s_.field.mass;
-    auto is_coupled        = [&](int row) {
-        return method().mass == MassMatrix::consistent && m.parts().is_coupled(m.rows.row(rows_.node(row + 1)));
-    };
+    const bool is_consistent = method().mass == MassMatrix::consistent;
+    const MassSystem<D>& m   = s_.field.mass;
+    std::vector<unsigned char> is_coupled(mass_.size(), 0);
     for (int row = 0; row < rows_.count(); ++row) {
-        const double own = is_coupled(row) ? m.diagonal[m.rows.row(rows_.node(row + 1))] : mass_[row];
-        rows.at(static_cast<std::size_t>(row), row) += inertia_ * own * Mat<D>::identity();
+        double own = mass_[row];
+        if (is_consistent) {
+            const int there = m.rows.row(rows_.node(row + 1));
+            is_coupled[row] = m.parts().is_coupled(there);
+            if (is_coupled[row]) own = m.diagonal[there];
+        }
+        block_rows_.at(row, row) += inertia_ * own * Mat<D>::identity();
     }
-    if (method().mass == MassMatrix::lumped) return;
-    std::vector<NodeWeight<D>> weights;
-    for (int i = 0; i < s_.particles.count; ++i) {
-        passes_.list_weights(sweep(nullptr), i, weights);
-        for (const NodeWeight<D>& to : weights)
-            for (const NodeWeight<D>& from : weights) {
-                const int row = rows_.row(to.node) - 1, column = rows_.row(from.node) - 1;
-                if (row < 0 || column < 0 || !is_coupled(row) || !is_coupled(column)) continue;
-                rows.at(static_cast<std::size_t>(row), column) +=
-                    inertia_ * s_.particles.m[i] * from.value * to.value * Mat<D>::identity();
-            }
-    }
+    if (is_consistent) tangent_matrix_->add_mass(inertia_, is_coupled, block_rows_);
 }
 
 template <int D>
-SparseRows StepEquations<D>::matrix()
+SparseRows<Mat<D>> StepEquations<D>::matrix()
 {
-    BlockRows<D> rows(mass_.size());
-    if (method().averaging == Averaging::none)
-        add_stiffness(rows);
-    else
-        add_averaged_stiffness(rows);
-    add_mass(rows);
-    penalty_.for_each_entry([&](int row, int column, double value) {
-        rows.at(static_cast<std::size_t>(row - 1), column - 1) += value * Mat<D>::identity();
-    });
-    obstacles_->for_each_entry(
-        [&](int row, int column, const Mat<D>& block) { rows.at(static_cast<std::size_t>(row - 1), column - 1) += block; });
-    return rows.scalars();
+    block_rows_.clear(mass_.size());
+    if (!tangent_matrix_) tangent_matrix_.emplace(model_, passes_, s_, rows_);
+    tangent_matrix_->add_stiffness(forces_, block_rows_);
+    add_mass();
+    penalty_.for_each_entry(
+        [&](int row, int column, double value) { block_rows_.at(row - 1, column - 1) += value * Mat<D>::identity(); });
+    obstacles_->for_each_entry([&](int row, int column, const Mat<D>& block) { block_rows_.at(row - 1, column - 1) += block; });
+    return block_rows_.matrix();
 }
 
 template <int D>

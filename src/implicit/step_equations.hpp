@@ -5,6 +5,7 @@
 #include "implicit/jump_penalty.hpp"
 #include "implicit/obstacle_forces.hpp"
 #include "implicit/particle_forces.hpp"
+#include "implicit/tangent_matrix.hpp"
 #include "method/mass_matrix.hpp"
 #include "method/passes.hpp"
 #include "solve/grid_multigrid.hpp"
@@ -15,9 +16,6 @@
 #include <vector>
 
 namespace ordo {
-
-template <int D>
-class BlockRows;
 
 /// r(u) = f_ext - f_int(u) - c M (u - start) - G u = 0 for the unknowns that no condition holds. f are forces at the end of the step, or with
 /// scheme midpoint those that act in its middle. Unknown D k + a is component a of row k + 1. The functions of nodes are those of the start of
@@ -37,7 +35,8 @@ class StepEquations {
     const std::vector<unsigned char>& held() const { return held_; }
     /// The displacements of held unknowns in the step, m; others are 0.
     const Vector& known() const { return known_; }
-    /// Where to begin: the displacements by velocities of the lumped mass, which are bounded by those of the particles, m.
+    /// Where to begin: the displacements by velocities of the lumped mass, which are bounded by those of the particles, or those of the last load
+    /// step, m.
     const Vector& guess() const { return guess_; }
 
     /// r(u) in all unknowns: the force that is missing, and at held ones with the opposite sign that of their conditions. False if a particle
@@ -52,8 +51,9 @@ class StepEquations {
     /// y = -dr/du x, at the last residual with derivatives, in all unknowns.
     void multiply(std::span<const double> x, std::span<double> y);
     /// The same as a matrix, but without changes of loads, and with averages over cells without the part that their stresses have in it.
-    SparseRows matrix();
-    /// Whether the matrix is symmetric: forces that are the derivatives of an energy.
+    SparseRows<Mat<D>> matrix();
+    /// Whether the matrix is symmetric at the last residual: forces are the derivatives of an energy, or of a potential of the step as with
+    /// associated flow.
     bool is_symmetric() const;
     /// The lattice index of each row's node; on periodic axes from 0.
     std::vector<Index<D>> places() const;
@@ -69,6 +69,8 @@ class StepEquations {
     /// Adds those of the ghost penalty.
     void add_penalty_forces(std::span<const double> u, Lanes* nodes) const;
 
+    /// Keeps how nodes move in a load step, for the guess of the next one.
+    void keep_load_step(std::span<const double> u) const;
     /// Leaves what obstacles did at the last residual in the state, and moves them.
     void finish_contact() { obstacles_->finish(); }
 
@@ -81,14 +83,15 @@ class StepEquations {
     Sweep<D> sweep(Lanes* nodes) const;
     const MethodSpec& method() const { return model_.method; }
     void scatter(typename Passes<D>::Scatter pass, const Sweep<D>& view);
-    void project(const Array<Vec<D>>* instead_of_velocities, Vector& out);
+    void project(const Array<Vec<D>>& of, Vector& out);
+    void number_rows(const Lanes* nodes);
+    void fit_guess();
+    int row_at(const Index<D>& node) const;
     void find_held();
     void find_first_accelerations();
     void find_penalty();
     void find_rounding(std::span<const double> u);
-    void add_stiffness(BlockRows<D>& rows) const;
-    void add_averaged_stiffness(BlockRows<D>& rows) const;
-    void add_mass(BlockRows<D>& rows) const;
+    void add_mass();
     void sample(std::span<const double> x, Array<Vec<D>>& value, Array<Mat<D>>& gradient);
     void put(std::span<const double> x, Lanes* nodes, int lane) const;
     void subtract_inertia(std::span<const double> x, std::span<double> r, double factor);
@@ -111,6 +114,8 @@ class StepEquations {
     Vector mass_, velocity_, acceleration_, start_, guess_, known_, known_velocity_;
     std::vector<unsigned char> held_;
     ParticleForces<D> forces_;
+    BlockRows<D> block_rows_;
+    std::optional<TangentMatrix<D>> tangent_matrix_;
     JumpPenalty<D> penalty_;
     std::optional<ObstacleForces<D>> obstacles_;
     Array<Lanes> nodes_;

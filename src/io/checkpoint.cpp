@@ -23,7 +23,7 @@ namespace ordo::io {
 
 namespace {
 
-constexpr int kFormat             = 10;   ///< of the file; raise it with every change of its content
+constexpr int kFormat             = 11;   ///< of the file; raise it with every change of its content
 constexpr std::size_t kHead       = 512;  ///< bytes of text before HDF5 begins (HDF5's user block)
 constexpr std::string_view kFirst = "ordo checkpoint\n";
 
@@ -286,6 +286,33 @@ std::vector<ContactPoint<D>> read_anchors(const Hdf5Reader& in)
     return r;
 }
 
+/// Places of nodes as D whole numbers, velocities as D real ones.
+template <int D>
+void add_load_step(Hdf5Writer& out, const std::vector<NodeMotion<D>>& motion)
+{
+    std::vector<std::int32_t> nodes;
+    std::vector<double> velocities;
+    for (const NodeMotion<D>& one : motion) {
+        nodes.insert(nodes.end(), one.node.c, one.node.c + D);
+        velocities.insert(velocities.end(), one.velocity.c, one.velocity.c + D);
+    }
+    out.add("load_step_nodes", nodes);
+    out.add("load_step_velocities", velocities);
+}
+template <int D>
+std::vector<NodeMotion<D>> read_load_step(const Hdf5Reader& in)
+{
+    const auto nodes      = in.list<std::int32_t>("load_step_nodes");
+    const auto velocities = in.list<double>("load_step_velocities");
+    if (nodes.size() % D != 0 || velocities.size() != nodes.size()) throw InputError("its last load step does not match");
+    std::vector<NodeMotion<D>> r(nodes.size() / D);
+    for (std::size_t k = 0; k < r.size(); ++k) {
+        std::copy_n(&nodes[D * k], D, r[k].node.c);
+        std::copy_n(&velocities[D * k], D, r[k].velocity.c);
+    }
+    return r;
+}
+
 /// f(name, list) for the lists of `w`, f(name, step) for its steps.
 template <class F>
 void for_each_list(Written& w, F&& f)
@@ -332,6 +359,7 @@ template <int D>
 void add_state(Hdf5Writer& out, State<D>& s)
 {
     if (s.contacts.are_there()) add_anchors(out, s.contacts.points);
+    if (s.newton.is_wanted) add_load_step(out, s.load_step);
     const TileRecord layout = s.field.tiles.record();
     out.add("layout_tiles", layout.tiles);
     out.add("layout_ends", layout.ends);
@@ -360,6 +388,7 @@ void read_state(const Hdf5Reader& in, const Model<D>& model, State<D>& s)
         });
         for_each_number(s, [&](const char* name, double& x) { in.read(name, ArrayOf<double>{&x, 1, 1}); });
         if (s.contacts.are_there()) s.contacts.points = read_anchors<D>(in);
+        if (s.newton.is_wanted) s.load_step = read_load_step<D>(in);
         in.read("layout_halo", ArrayOf<std::int32_t>{&halo, 1, 1});
         layout = {in.list<std::uint64_t>("layout_tiles"), in.list<std::int32_t>("layout_ends"),
                   in.list<std::uint64_t>("layout_blocks")};

@@ -827,6 +827,7 @@ MethodSpec resolve_method(MethodInput& in)
         name = name_of(spec.*axis);
     });
     if (updates_stress_last(spec)) spec.strain_velocity = strain_velocity_of(spec);
+    spec.lump_below = lump_below_of(spec);
     if (is_implicit(spec) && spec.ghost_penalty < 0) spec.ghost_penalty = ghost_penalty_of(spec);
     for (const Setting& s : settings()) {
         if (!in.has(std::string(s.name)) && spec.*s.value < s.min) continue;  // the method has none

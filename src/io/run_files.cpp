@@ -42,6 +42,7 @@ bool is_run_file(const std::string& name)
         if (name.starts_with(start) && name.ends_with(end)) return true;
     for (const char* one : {"particles.pvd", "contact.pvd", "grid.pvd", "history.csv", "case.toml", "files.txt"})
         if (name == one) return true;
+    if (name == kNewtonFile) return true;
     return step_of_checkpoint(name).has_value();
 }
 
@@ -50,6 +51,7 @@ std::vector<std::string> table_files(const CaseInput& input)
     std::vector<std::string> r{"history.csv"};
     for (const ProbeInput& p : input.probes) r.push_back(probe_file(p));
     for (std::size_t k = 0; input.output.per_body && k < input.bodies.size(); ++k) r.push_back(body_file(k));
+    if (is_implicit(input.spec)) r.emplace_back(kNewtonFile);
     return r;
 }
 

@@ -16,12 +16,13 @@ namespace ordo::io {
 std::string frame_file(std::string_view what, std::size_t number);
 std::string probe_file(const ProbeInput& probe);
 std::string body_file(std::size_t body);
+inline constexpr std::string_view kNewtonFile = "newton.csv";
 std::string checkpoint_file(std::int64_t step);
 /// The step in the name of a checkpoint; nothing for other names.
 std::optional<std::int64_t> step_of_checkpoint(const std::string& name);
 /// Whether a run may give a file this name.
 bool is_run_file(const std::string& name);
-/// The history, the probes, and bodies if they are wanted.
+/// The history, the probes, bodies if they are wanted, and with implicit schemes the iterations.
 std::vector<std::string> table_files(const CaseInput& input);
 
 /// How much of the files of a run was written.

@@ -122,6 +122,8 @@ void Writer<D>::start_files()
         bodies_.push_back(start_table(body_file(k),
                                       "time,mass,center_x,center_y,center_z,momentum_x,momentum_y,momentum_z,angular_momentum_x,"
                                       "angular_momentum_y,angular_momentum_z,kinetic_energy,strain_energy,potential_energy"));
+    if (is_implicit(model_.method))
+        newton_ = start_table(std::string(kNewtonFile), "time,dt,iteration,residual,linear_iterations,part");
     if (is_first()) write_resolved_case();  // last: it marks that the others exist
 }
 
@@ -130,8 +132,9 @@ void Writer<D>::go_on_with_files()
 {
     make_probes();
     const std::vector<std::string> tables = table_files(input_);
+    const std::size_t body_count          = input_.output.per_body ? input_.bodies.size() : 0;
     if (!is_first()) {
-        bodies_.resize(tables.size() - probes_.size() - 1);
+        bodies_.resize(body_count);
         return;
     }
     remove_later_files();
@@ -141,7 +144,8 @@ void Writer<D>::go_on_with_files()
     };
     history_ = go_on(0);
     for (std::size_t k = 0; k < probes_.size(); ++k) probes_[k].file = go_on(k + 1);
-    for (std::size_t k = probes_.size() + 1; k < tables.size(); ++k) bodies_.push_back(go_on(k));
+    for (std::size_t k = 0; k < body_count; ++k) bodies_.push_back(go_on(k + 1 + probes_.size()));
+    if (is_implicit(model_.method)) newton_ = go_on(tables.size() - 1);
 }
 
 /// If the run is killed here at any moment, the lists name existing files only, and it can be restarted again.
@@ -192,12 +196,15 @@ void Writer<D>::started(Simulation<D>& sim)
 template <int D>
 void Writer<D>::after_step(Simulation<D>& sim, const StepSize& step)
 {
+    add_iterations(sim.state().newton);
     write_if_due(sim.state(), step.dt, sim.is_stage_over());
 }
 
 template <int D>
 void Writer<D>::failed(Simulation<D>& sim, const NumericalError&)
 {
+    const NewtonCounts& newton = sim.state().newton;
+    if (!newton.of_step.empty() && !newton.of_step.back().converged) add_iterations(newton);
     const bool means_something = std::isfinite(totals(model_, sim.state()).total_energy());
     if (means_something && has_stepped(sim.state())) row(sim.state());
     last_frame(sim.state());
@@ -255,6 +262,17 @@ void Writer<D>::row(State<D>& s)
         const GridSample<D> g = sample_grid(s, probe.point);
         add(probe.file, fmt::format("{}{},{}", s.t, values(g.velocity), g.density));
     }
+}
+
+template <int D>
+void Writer<D>::add_iterations(const NewtonCounts& newton)
+{
+    if (!newton_) return;
+    for (const NewtonReport& part : newton.of_step)
+        for (std::size_t k = 0; k < part.iterations.size(); ++k) {
+            const NewtonIteration& one = part.iterations[k];
+            add(*newton_, fmt::format("{},{},{},{},{},{}", part.t, part.dt, k, one.residual, one.linear_iterations, one.part));
+        }
 }
 
 /// Of a particle, on the rank that has it and on the first; empty if its body was taken out.
@@ -327,6 +345,10 @@ Written Writer<D>::written()
         w.table_sizes.push_back(b.size());
         w.table_sums.push_back(b.sum());
     }
+    if (newton_) {
+        w.table_sizes.push_back(newton_->size());
+        w.table_sums.push_back(newton_->sum());
+    }
     return w;
 }
 
@@ -337,6 +359,7 @@ void Writer<D>::flush(LineFile::When when)
         history_.flush(when);
         for (Probe& p : probes_) p.file.flush(when);
         for (LineFile& b : bodies_) b.flush(when);
+        if (newton_) newton_->flush(when);
     });
 }
 

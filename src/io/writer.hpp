@@ -58,6 +58,8 @@ class Writer : public Observer<D> {
     void row(State<D>& s);
     /// Writes particles (and grid), the PVD, and from time to time the tables, unless this step has a frame.
     void frame(State<D>& s);
+    /// Adds what Newton's method did in the last step.
+    void add_iterations(const NewtonCounts& newton);
     void last_frame(State<D>& s);
     /// Before the first step after a restart there are no nodes and no projection to write.
     bool has_stepped(const State<D>& s) const { return !resumed_at_ || s.n > *resumed_at_; }
@@ -83,7 +85,8 @@ class Writer : public Observer<D> {
     Ranks& ranks_;
     LineFile history_;
     std::vector<Probe> probes_;
-    std::vector<LineFile> bodies_;  ///< none if they are not wanted
+    std::vector<LineFile> bodies_;    ///< none if they are not wanted
+    std::optional<LineFile> newton_;  ///< of implicit schemes
     Written written_;
     std::vector<double> row_;                 ///< of history.csv, the last one
     std::optional<std::int64_t> resumed_at_;  ///< the step of a restart

@@ -30,7 +30,7 @@ PassScheme<D>::PassScheme(Model<D> of)
     : Scheme<D>(std::move(of)),
       passes_(choose_passes<D>(method())),
       update_stress_(this->model().materials, artificial_viscosity(method(), this->model().h)),
-      mass_solver_(passes_, method().lump_below, has_tls_velocity(method()))
+      mass_solver_(passes_, lump_below_of(method()), has_tls_velocity(method()))
 {}
 
 template <int D>

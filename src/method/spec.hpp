@@ -51,7 +51,7 @@ struct MethodSpec {
     double filter_order            = 2;
     double filter_every            = 1;
     double a0                      = 0.5;
-    double lump_below              = 0.3;
+    double lump_below              = -1.0;  ///< negative: of the scheme, see lump_below_of
     double stretch_limit           = 0.0;
     double layers                  = 2;
     double stress_degree           = 3;
@@ -89,6 +89,8 @@ inline bool is_implicit(const MethodSpec& s)
 inline bool is_static(const MethodSpec& s) { return s.scheme == TimeScheme::quasi_static; }
 /// Of implicit schemes.
 inline double ghost_penalty_of(const MethodSpec& s) { return s.ghost_penalty >= 0 ? s.ghost_penalty : 0.001; }
+/// Lumped rows take energy from implicit steps, which are stable without; explicit steps need them.
+inline double lump_below_of(const MethodSpec& s) { return s.lump_below >= 0 ? s.lump_below : is_implicit(s) ? 0.0 : 0.3; }
 /// The degree of the splines; 1 for hats.
 inline int degree_of(Basis basis)
 {

@@ -213,26 +213,41 @@ struct FilterNodes {
     Array<Vec<D>> kept, kept_of_corners;  ///< velocities of particles and corners meanwhile, m/s
 };
 
-/// Newton's method in a step of an implicit scheme.
+/// An iteration of Newton's method.
+struct NewtonIteration {
+    double residual;  ///< before it, N
+    int linear_iterations = 0;
+    double part           = 0.0;  ///< that was taken of its step
+};
+
+/// Newton's method for a step of an implicit scheme, or for a part of one.
 struct NewtonReport {
-    int iterations = 0, linear_iterations = 0;
-    std::vector<double> residuals;  ///< before each iteration and at the end, N
+    double t = 0.0, dt = 0.0;  ///< at the start, and the size, s
+    bool converged = false;
+    std::vector<NewtonIteration> iterations;  ///< the last one is none: it has the residual at the end
 };
 
 /// The same since the start.
 struct NewtonCounts {
     bool is_wanted    = false;  ///< the scheme is implicit
     double iterations = 0.0, linear_iterations = 0.0, halvings = 0.0;
-    double residual = 0.0;  ///< at the end of the last step, N
-    NewtonReport last;
+    double residual = 0.0;              ///< at the end of the last step, N
+    std::vector<NewtonReport> of_step;  ///< all parts of the last step, those that failed too
 
-    void add(const NewtonReport& r)
+    void add(NewtonReport r)
     {
-        iterations += r.iterations;
-        linear_iterations += r.linear_iterations;
-        residual = r.residuals.empty() ? 0.0 : r.residuals.back();
-        last     = r;
+        for (const NewtonIteration& one : r.iterations) linear_iterations += one.linear_iterations;
+        iterations += static_cast<double>(r.iterations.size()) - 1;
+        residual = r.iterations.back().residual;
+        of_step.push_back(std::move(r));
     }
+};
+
+/// How a node moves.
+template <int D>
+struct NodeMotion {
+    Index<D> node;
+    Vec<D> velocity;  ///< m/s
 };
 
 /// All that a step changes.
@@ -275,6 +290,7 @@ struct State {
 
     TileReport report;  ///< of the tiles in this step, until ranks agree at its end
     NewtonCounts newton;
+    std::vector<NodeMotion<D>> load_step;  ///< scheme static: how nodes moved in the last step, where the next one begins
 
     int stage             = 0;                                        ///< of the run
     double kinetic_energy = 0.0;                                      ///< after the last step, J; if velocities are damped

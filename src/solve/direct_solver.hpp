@@ -1,14 +1,18 @@
-// A direct solver for sparse matrices: the coarsest level of multigrid, and small matrices as a whole.
+// A direct solver for sparse matrices between places of a lattice: the coarsest level of multigrid, and matrices of some size as a whole.
 #pragma once
 
+#include "base/index.hpp"
 #include "solve/sparse_rows.hpp"
 
 #include <memory>
 #include <span>
+#include <vector>
 
 namespace ordo {
 
-/// Factors of a matrix: L D L^T where it is symmetric and that succeeds, else L U with pivots. One thread does it.
+/// Factors L U of a matrix by nested dissection (George 1973, SIAM J. Numerical Analysis 10:345) with dense fronts (Duff & Reid 1983, ACM TOMS 9:302).
+/// Pivots are the largest of the unknowns that a part eliminates, which is enough for stiffness: what matters of a part is regular where the
+/// rest is held. The same bits for any number of threads.
 class DirectSolver {
   public:
     DirectSolver();
@@ -16,17 +20,18 @@ class DirectSolver {
     DirectSolver(DirectSolver&&) noexcept;
     DirectSolver& operator=(DirectSolver&&) noexcept;
 
-    /// False if the matrix is singular or not finite.
+    /// False if the matrix is singular or not finite. Matrices with the entries of the last one in the same order are the faster ones.
+    /// @param place of each unknown. Any do; it is fast where unknowns that share entries are near each other.
     /// @param tolerance for rounding: the matrix is singular if a load at random, relative to the sums of the sizes in each row, moves an
     ///                  unknown by more than 1/tolerance
-    bool factor(const SparseRows& matrix, bool is_symmetric, double tolerance);
+    bool factor(const SparseRows<double>& matrix, const std::vector<Index<3>>& place, double tolerance);
 
     /// x = A^-1 b
     void solve(std::span<const double> b, std::span<double> x);
 
   private:
-    struct Factors;
-    std::unique_ptr<Factors> factors_;
+    struct Parts;
+    std::unique_ptr<Parts> parts_;
 };
 
 }  // namespace ordo

@@ -25,29 +25,12 @@ using Vectors = std::vector<Vec<D>>;
 template <int D>
 using Held = Vec<D, bool>;
 
-/// Rows of entries.
-template <class T>
-struct Rows {
-    std::vector<std::ptrdiff_t> first{0};
-    std::vector<int> column;
-    std::vector<T> value;
-
-    std::ptrdiff_t size() const { return std::ssize(first) - 1; }
-
-    /// f(column, value) for the entries of row i.
-    template <class F>
-    ORDO_FLAT void for_each(std::ptrdiff_t i, F&& f) const
-    {
-        for (std::ptrdiff_t k = first[i]; k < first[i + 1]; ++k) f(column[k], value[k]);
-    }
-};
-
 /// Makes rows in parallel. visit(i, touch) calls touch(column, change) for whatever adds to row i; change(value) adds to an entry, which is
 /// zero at first. It is called twice: to count the entries, then to fill them.
 template <class T, class Visit>
-Rows<T> make_rows(std::ptrdiff_t count, std::ptrdiff_t columns, const Visit& visit)
+SparseRows<T> make_rows(std::ptrdiff_t count, std::ptrdiff_t columns, const Visit& visit)
 {
-    Rows<T> rows;
+    SparseRows<T> rows;
     rows.first.assign(count + 1, 0);
     std::vector<std::vector<std::ptrdiff_t>> entry_of(thread_count());  // of each column in the row that a thread is at, or -1
     const auto for_each_row = [&](const auto& f) {
@@ -87,9 +70,9 @@ Rows<T> make_rows(std::ptrdiff_t count, std::ptrdiff_t columns, const Visit& vis
 }
 
 /// The rows of the transposed matrix, each by ascending columns.
-Rows<double> transposed(const Rows<double>& rows, std::ptrdiff_t columns)
+SparseRows<double> transposed(const SparseRows<double>& rows, std::ptrdiff_t columns)
 {
-    Rows<double> r;
+    SparseRows<double> r;
     r.first.assign(columns + 1, 0);
     for (const int j : rows.column) ++r.first[j + 1];
     std::partial_sum(r.first.begin(), r.first.end(), r.first.begin());
@@ -189,7 +172,7 @@ class PlaceNumbers {
 template <int D>
 struct Coarsening {
     Nodes<D> nodes;
-    Rows<double> parents, children;  ///< of fine nodes, of coarse ones: interpolation and its transpose
+    SparseRows<double> parents, children;  ///< of fine nodes, of coarse ones: interpolation and its transpose
 };
 
 /// Holds what the fine nodes do not determine, so that interpolation loses no coarse unknown. An unknown at a fine node that is free is
@@ -264,42 +247,33 @@ Coarsening<D> coarsened(const Nodes<D>& fine)
     return r;
 }
 
-/// The matrix by blocks of nodes. Rows and columns of held unknowns are zero.
+/// Makes rows and columns of held unknowns zero.
 template <int D>
-Rows<Mat<D>> blocks_of(const SparseRows& matrix, const std::vector<Held<D>>& held)
+void drop_held(SparseRows<Mat<D>>& matrix, const std::vector<Held<D>>& held)
 {
-    return make_rows<Mat<D>>(std::ssize(held), std::ssize(held), [&](std::ptrdiff_t i, const auto& touch) {
-        touch(static_cast<int>(i), [](Mat<D>&) {});  // a diagonal block, always
-        for (int a = 0; a < D; ++a) {
-            if (held[i][a]) continue;
-            for (std::ptrdiff_t k = matrix.first[i * D + a]; k < matrix.first[i * D + a + 1]; ++k) {
-                const int j = matrix.column[k] / D, b = matrix.column[k] % D;
-                if (!held[j][b]) touch(j, [&](Mat<D>& block) { block(a, b) += matrix.value[k]; });
-            }
-        }
+    parallel_for_each(matrix.size(), [&](std::ptrdiff_t i) {
+        for (std::ptrdiff_t k = matrix.first[i]; k < matrix.first[i + 1]; ++k)
+            for (int a = 0; a < D; ++a)
+                for (int b = 0; b < D; ++b)
+                    if (held[i][a] || held[matrix.column[k]][b]) matrix.value[k](a, b) = 0.0;
     });
 }
 
 /// P^T A P, with P the interpolation.
 template <int D>
-Rows<Mat<D>> galerkin_product(const Rows<Mat<D>>& fine, const Coarsening<D>& coarse)
+SparseRows<Mat<D>> galerkin_product(const SparseRows<Mat<D>>& fine, const Coarsening<D>& coarse)
 {
-    const std::vector<Held<D>>& held = coarse.nodes.held;
-    Rows<Mat<D>> r = make_rows<Mat<D>>(coarse.nodes.count(), coarse.nodes.count(), [&](std::ptrdiff_t row, const auto& touch) {
-        coarse.children.for_each(row, [&](int i, double of_row) {
-            fine.for_each(i, [&](int j, const Mat<D>& block) {
-                coarse.parents.for_each(j, [&](int column, double of_column) {
-                    touch(column, [&](Mat<D>& sum) { sum += (of_row * of_column) * block; });
+    SparseRows<Mat<D>> r =
+        make_rows<Mat<D>>(coarse.nodes.count(), coarse.nodes.count(), [&](std::ptrdiff_t row, const auto& touch) {
+            coarse.children.for_each(row, [&](int i, double of_row) {
+                fine.for_each(i, [&](int j, const Mat<D>& block) {
+                    coarse.parents.for_each(j, [&](int column, double of_column) {
+                        touch(column, [&](Mat<D>& sum) { sum += (of_row * of_column) * block; });
+                    });
                 });
             });
         });
-    });
-    parallel_for_each(r.size(), [&](std::ptrdiff_t i) {
-        for (std::ptrdiff_t k = r.first[i]; k < r.first[i + 1]; ++k)
-            for (int a = 0; a < D; ++a)
-                for (int b = 0; b < D; ++b)
-                    if (held[i][a] || held[r.column[k]][b]) r.value[k](a, b) = 0.0;
-    });
+    drop_held(r, coarse.nodes.held);
     return r;
 }
 
@@ -362,7 +336,7 @@ struct Smoothing {
 /// a body ends, which only polynomials of higher degree damp. Measured: hats converge in as few products with degrees 2 and 3 and ranges
 /// from 6 to 20, quadratic splines with degrees 4 to 8; below, they need more.
 template <int D>
-Smoothing smoothing_of(const Rows<Mat<D>>& matrix)
+Smoothing smoothing_of(const SparseRows<Mat<D>>& matrix)
 {
     std::ptrdiff_t longest = 0;
     for (std::ptrdiff_t i = 0; i < matrix.size(); ++i) longest = std::max(longest, matrix.first[i + 1] - matrix.first[i]);
@@ -374,10 +348,10 @@ Smoothing smoothing_of(const Rows<Mat<D>>& matrix)
 template <int D>
 struct Level {
     Nodes<D> nodes;
-    Rows<Mat<D>> matrix;
+    SparseRows<Mat<D>> matrix;
     std::vector<Mat<D>> inverse;  ///< of the blocks that scale the smoother
     Smoothing smoothing{};
-    Rows<double> parents, children;
+    SparseRows<double> parents, children;
     Vectors<D> b, x, r, d, e;
 
     Vec<D> product(const Vectors<D>& of, std::ptrdiff_t i) const
@@ -450,29 +424,40 @@ void smooth(Level<D>& l, bool from_zero)
 template <int D>
 class CoarsestSolver {
   public:
-    bool factor(const Level<D>& l, bool is_symmetric, double tolerance)
+    bool factor(const Level<D>& l, double tolerance)
     {
         free_.clear();
-        std::vector<int> number(l.nodes.count() * D, -1);
+        const std::ptrdiff_t count = l.nodes.count();
+        std::vector<int> number(count * D, -1), free_at(count, 0);
+        std::vector<Index<3>> place;
         for (int i = 0; i < std::ssize(number); ++i)
             if (!l.nodes.held[i / D][i % D]) {
                 number[i] = static_cast<int>(std::ssize(free_));
+                ++free_at[i / D];
                 free_.push_back(i);
+                std::copy_n(l.nodes.place[i / D].c, D, place.emplace_back().c);
             }
-        SparseRows rows{.first = {0}, .column = {}, .value = {}};
-        for (const int i : free_) {
-            l.matrix.for_each(i / D, [&](int j, const Mat<D>& block) {
+        SparseRows<double> rows;
+        rows.first.resize(free_.size() + 1);
+        for (std::size_t k = 0; k < free_.size(); ++k) {
+            rows.first[k + 1] = rows.first[k];
+            l.matrix.for_each(free_[k] / D, [&](int j, const Mat<D>&) { rows.first[k + 1] += free_at[j]; });
+        }
+        rows.column.resize(rows.first.back());
+        rows.value.resize(rows.first.back());
+        parallel_for_each(std::ssize(free_), [&](std::ptrdiff_t k) {
+            std::ptrdiff_t at = rows.first[k];
+            l.matrix.for_each(free_[k] / D, [&](int j, const Mat<D>& block) {
                 for (int b = 0; b < D; ++b)
                     if (const int column = number[j * D + b]; column >= 0) {
-                        rows.column.push_back(column);
-                        rows.value.push_back(block(i % D, b));
+                        rows.column[at]  = column;
+                        rows.value[at++] = block(free_[k] % D, b);
                     }
             });
-            rows.first.push_back(std::ssize(rows.column));
-        }
+        });
         side_.resize(free_.size());
         result_.resize(free_.size());
-        return solver_.factor(rows, is_symmetric, tolerance);
+        return solver_.factor(rows, place, tolerance);
     }
 
     /// x = A^-1 b, zero where it is held.
@@ -540,17 +525,17 @@ template <int D>
 GridMultigrid<D>& GridMultigrid<D>::operator=(GridMultigrid&&) noexcept = default;
 
 template <int D>
-bool GridMultigrid<D>::set_up(SparseRows matrix, const std::vector<Index<D>>& place, const Vec<D, bool>& periodic,
-                              const Index<D>& cells, const std::vector<unsigned char>& held, bool is_symmetric)
+bool GridMultigrid<D>::set_up(SparseRows<Mat<D>> matrix, const std::vector<Index<D>>& place, const Vec<D, bool>& periodic,
+                              const Index<D>& cells, const std::vector<unsigned char>& held)
 {
-    ORDO_EXPECT(matrix.first.size() == place.size() * D + 1 && held.size() == place.size() * D);
+    ORDO_EXPECT(matrix.first.size() == place.size() + 1 && held.size() == place.size() * D);
     std::vector<Level<D>>& levels = parts_->levels;
     levels.clear();
     parts_->rootless = 0;
     levels.emplace_back();
     levels[0].nodes  = nodes_of(place, periodic, cells, held);
-    levels[0].matrix = blocks_of(matrix, levels[0].nodes.held);
-    matrix           = {};  // its memory is for the coarse levels
+    levels[0].matrix = std::move(matrix);
+    drop_held(levels[0].matrix, levels[0].nodes.held);
     for (;;) {
         Level<D>& l            = levels.back();
         const std::ptrdiff_t n = l.nodes.count(), unknowns = l.nodes.unknowns();
@@ -573,7 +558,7 @@ bool GridMultigrid<D>::set_up(SparseRows matrix, const std::vector<Index<D>>& pl
         levels.push_back(std::move(next));
     }
     const double rounding = 1e-14 * std::sqrt(static_cast<double>(levels[0].nodes.unknowns() + 1));
-    return parts_->direct.factor(levels.back(), is_symmetric, rounding);
+    return parts_->direct.factor(levels.back(), rounding);
 }
 
 template <int D>

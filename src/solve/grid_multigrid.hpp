@@ -31,13 +31,12 @@ class GridMultigrid {
     GridMultigrid& operator=(GridMultigrid&&) noexcept;
 
     /// Takes a matrix. False if it is singular, as far as rounding lets one see, or not finite: it is then not to be applied.
-    /// @param matrix of the unknowns node * D + component
+    /// @param matrix of the nodes
     /// @param place lattice index of each node
     /// @param periodic,cells on a periodic axis, indices k and k + cells are the same node
-    /// @param held of each unknown: not 0 where it is given. Its row and column are taken for those of the identity.
-    /// @param is_symmetric the matrix; it should then be positive definite too
-    bool set_up(SparseRows matrix, const std::vector<Index<D>>& place, const Vec<D, bool>& periodic, const Index<D>& cells,
-                const std::vector<unsigned char>& held, bool is_symmetric);
+    /// @param held of each unknown node * D + component: not 0 where it is given. Its row and column are taken for those of the identity.
+    bool set_up(SparseRows<Mat<D>> matrix, const std::vector<Index<D>>& place, const Vec<D, bool>& periodic,
+                const Index<D>& cells, const std::vector<unsigned char>& held);
 
     /// y = A x: faster than by rows of single unknowns.
     void multiply(std::span<const double> x, std::span<double> y) const;

@@ -180,7 +180,10 @@ KrylovReport gmres(Product&& product, Precondition&& precondition, std::span<con
     std::vector<double> z(n), w(n);
     std::vector<std::vector<double>> directions;
     for (;;) {
-        find_residual(product, b, x, w);
+        if (report.iterations == 0 && std::all_of(x.begin(), x.end(), [](double one) { return one == 0.0; }))
+            std::copy(b.begin(), b.end(), w.begin());
+        else
+            find_residual(product, b, x, w);
         const double start = length_of(w);
         report.residual    = start / whole;
         report.converged   = report.residual <= limits.tolerance;
@@ -200,10 +203,19 @@ KrylovReport gmres(Product&& product, Precondition&& precondition, std::span<con
         }
         const std::vector<double> factors = fit.solution();
         if (factors.empty()) return report;  // A P^-1 takes the residual to zero: A is singular
-        std::fill(w.begin(), w.end(), 0.0);
-        for (std::size_t k = 0; k < factors.size(); ++k) add_multiple(w, factors[k], directions[k]);
-        precondition(std::span<const double>(w), std::span<double>(z));
-        add_multiple(x, 1.0, z);
+        if (directions.size() == 1) {        // z is still P^-1 of the only direction
+            add_multiple(x, factors[0], z);
+        } else {
+            std::fill(w.begin(), w.end(), 0.0);
+            for (std::size_t k = 0; k < factors.size(); ++k) add_multiple(w, factors[k], directions[k]);
+            precondition(std::span<const double>(w), std::span<double>(z));
+            add_multiple(x, 1.0, z);
+        }
+        if (fit.residual() <= limits.tolerance * whole) {
+            report.residual  = fit.residual() / whole;
+            report.converged = true;
+            return report;
+        }
     }
 }
 

@@ -59,7 +59,7 @@ EnergyBalance step_with_balance(Simulation<D>& sim)
         const Totals after = totals(model, s);
         return {.update = after.kinetic_energy - before.kinetic_energy, .stress = after.strain_energy - before.strain_energy};
     }
-    const MassSolver<D> mass_matrix(choose_passes<D>(model.method), model.method.lump_below, has_tls_velocity(model.method));
+    const MassSolver<D> mass_matrix(choose_passes<D>(model.method), lump_below_of(model.method), has_tls_velocity(model.method));
     constexpr int velocity = NodeLane::velocity, increment = NodeLane::increment;
     const double dt_of_kick = 0.5 * (s.dt_prev + dt);
 

@@ -304,7 +304,7 @@ void check_solution(const Model<D>& model, double low, double high)
 {
     Body<D> b(model, low, high, 3);
     const Dense M           = b.dense_matrix();
-    const double lump_below = model.method.lump_below;
+    const double lump_below = lump_below_of(model.method);
     std::vector<double> u[D];
     Vec<D> before{}, after{};
     for (int a = 0; a < D; ++a) {
