@@ -30,8 +30,8 @@ int direct_unknowns(const MethodSpec& method)
     return !is_static(method) ? 0 : D == 1 ? 100000 : D == 2 ? 50000 : 6000;
 }
 
-/// The linear systems of a step. A preconditioner serves as long as it costs few iterations, for tangents change little while Newton's method
-/// converges.
+/// The linear systems of a step. While Newton's method converges tangents change little, and a preconditioner serves as long as it costs few
+/// iterations.
 template <int D>
 class NewtonSystem {
   public:
@@ -43,12 +43,13 @@ class NewtonSystem {
     {}
 
     /// K x = b for the unknowns that are not held, x = 0 at held ones, with the tangent K at the last residual. False if it is singular.
-    bool solve(const Vector& b, Vector& x, double tolerance, KrylovReport& report)
+    /// @param is_near the tangent to that of the last system
+    bool solve(const Vector& b, Vector& x, double tolerance, bool is_near, KrylovReport& report)
     {
         constexpr int most = 500, patience = 4;
         std::fill(x.begin(), x.end(), 0.0);
         int before = 0;
-        if (serves_) {
+        if (serves_ && is_near) {
             report  = solve_with_last(b, x, tolerance, fresh_iterations_ + patience);
             serves_ = report.converged;
             if (serves_) return true;
@@ -132,7 +133,7 @@ template <int D>
 NewtonResult solve_step(StepEquations<D>& equations, const MethodSpec& method, const Vec<D, bool>& periodic,
                         const Index<D>& cells)
 {
-    constexpr double loosest = 1e-2, descent = 1e-4;
+    constexpr double loosest = 1e-2, near = 0.05, descent = 1e-4;
     constexpr int most_trials = 10, most_rising = 4;
     const std::size_t n = equations.size();
     const auto& held    = equations.held();
@@ -188,7 +189,7 @@ NewtonResult solve_step(StepEquations<D>& equations, const MethodSpec& method, c
             if (size > 0) forcing = std::max(forcing, std::min(0.3 * tolerance / size, loosest));
         }
         KrylovReport solved;
-        if (!system.solve(rhs, step, now.has_motion ? std::max(forcing, 1e-12) : 1e-6, solved))
+        if (!system.solve(rhs, step, now.has_motion ? std::max(forcing, 1e-12) : 1e-6, now.norm < near * last, solved))
             return end(now, "the tangent is singular: a body is free to move, or a material has lost its stiffness");
         report.linear_iterations = solved.iterations;
         if (!std::isfinite(solved.residual)) return end(now, "the tangent is not finite");
