@@ -134,7 +134,7 @@ class ShippedCasesAtRest(unittest.TestCase):
                               "--set", "output.interval=60")
         load = -2 * seen["footing_force_y"][-1] / 0.002
         self.assertAlmostEqual(load / (2 + numpy.pi), 1, delta=0.07)  # 5.1 % by explicit steps on this grid
-        self.assertLess(seen["newton_iterations"][-1], 200)
+        self.assertLess(seen["newton_iterations"][-1], 100)
 
 
 @unittest.skipUnless(has_hdf5(), "ordo was built without HDF5")
