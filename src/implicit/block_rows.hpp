@@ -79,9 +79,10 @@ class BlockRows {
         std::size_t k           = 0;
         for (std::size_t n = 0; n < p.row.size(); ++n) {
             while (k < r.column.size() && r.column[k] < p.row[n]) ++k;
-            Mat<D>& block = r.block[r.place(k, p.row[n])];
+            Mat<D> change{};
             for (int a = 0; a < D; ++a)
-                for (int b = 0; b < D; ++b) block(a, b) += p.value[(D * m + a) * width + D * n + b];
+                for (int b = 0; b < D; ++b) change(a, b) = p.value[(D * m + a) * width + D * n + b];
+            if (!(change == Mat<D>{})) r.block[r.place(k, p.row[n])] += change;  // zero: no particle has both nodes
         }
     }
 

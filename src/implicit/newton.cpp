@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace ordo {
 
@@ -43,19 +44,20 @@ class NewtonSystem {
     {}
 
     /// K x = b for the unknowns that are not held, x = 0 at held ones, with the tangent K at the last residual. False if it is singular.
-    /// @param is_near the tangent to that of the last system
+    /// @param is_near whether the tangent has hardly changed since the last system
     bool solve(const Vector& b, Vector& x, double tolerance, bool is_near, KrylovReport& report)
     {
         constexpr int most = 500, patience = 4;
         std::fill(x.begin(), x.end(), 0.0);
-        int before = 0;
+        report = {};
         if (serves_ && is_near) {
             report  = solve_with_last(b, x, tolerance, fresh_iterations_ + patience);
             serves_ = report.converged;
             if (serves_) return true;
-            before = report.iterations;
+            if (!std::isfinite(report.residual)) std::fill(x.begin(), x.end(), 0.0);
         }
         if (!multigrid_.set_up(equations_.matrix(), equations_.places(), periodic_, cells_, equations_.held())) return false;
+        const int before  = report.iterations;
         report            = solve_with_last(b, x, tolerance, most);
         fresh_iterations_ = report.iterations;
         serves_           = report.converged;
@@ -92,85 +94,94 @@ class NewtonSystem {
 
 /// Where Newton's method is.
 struct Iterate {
-    Vector u, missing;        ///< displacements, m, and the residual there, N
-    double norm     = 0;      ///< of the residual over free unknowns
-    bool has_motion = false;  ///< u has what conditions give
+    Vector u, missing;           ///< displacements, m, and the residual there, N
+    double norm = 0, force = 0;  ///< of the residual over free unknowns; of the forces there, N
+    bool has_motion = false;     ///< u has what conditions give
 };
 
 /// The part of a step of Newton's method that is taken next in the search for a root of the residual's component along it, from the parts that were
-/// tried: bisection and the secant (Matthies & Strang 1979, IJNME 14:1613).
+/// tried: doubling, then bisection and the secant (Matthies & Strang 1979, IJNME 14:1613).
 class LineSearch {
   public:
-    explicit LineSearch(double slope) : low_{0.0, slope} {}
+    explicit LineSearch(double slope) : first_(slope), low_{0.0, slope} {}
 
     bool accepts(double slope) const { return std::fabs(slope) <= 0.5 * std::fabs(first_); }
+    /// After a trial with this component.
     double next(double part, double slope)
     {
-        const bool is_beyond       = (slope > 0) != (low_.slope > 0);
-        (is_beyond ? high_ : low_) = {part, slope};
-        if (high_.part == 0.0) high_ = {2 * part, 0.0};
+        constexpr double longest = 8.0;
+        if ((slope > 0) != (low_.slope > 0))
+            high_ = {part, slope};
+        else
+            low_ = {part, slope};
+        if (failed_ > 0 && high_.part == 0) return 0.5 * (low_.part + failed_);
+        if (high_.part == 0) return std::min(2 * part, longest);
         const double width = high_.part - low_.part, to = low_.part + width * low_.slope / (low_.slope - high_.slope);
         return std::clamp(to, low_.part + 0.1 * width, high_.part - 0.1 * width);
     }
-    /// Where a trial fails.
-    double back(double part) { return 0.5 * (low_.part + part); }
+    /// After one that fails.
+    double back(double part)
+    {
+        failed_ = part;
+        high_   = {};
+        return 0.5 * (low_.part + part);
+    }
 
   private:
     struct Trial {
-        double part, slope;
+        double part = 0.0, slope = 0.0;
     };
-    Trial low_, high_{0.0, 0.0};
-    double first_ = low_.slope;
+    double first_, failed_ = 0.0;
+    Trial low_, high_;
 };
-
-}  // namespace
 
 /// The tolerance of linear solves follows the last drop of the residual (Eisenstat & Walker 1996, SIAM J. Sci. Comput. 17:16, choice 2 with
 /// gamma = 0.9). The displacements of conditions enter as part of the first iteration, so that the first trial is not one that moves the held nodes
 /// alone. Whole steps first: those of slender bodies raise the residual before it falls, because a rotation of some size stretches at first. Where
 /// they lead nowhere, a line search from where the residual was least.
 template <int D>
-NewtonResult solve_step(StepEquations<D>& equations, const MethodSpec& method, const Vec<D, bool>& periodic,
+NewtonResult solve_from(Vector start, StepEquations<D>& equations, const MethodSpec& method, const Vec<D, bool>& periodic,
                         const Index<D>& cells)
 {
-    constexpr double loosest = 1e-2, near = 0.05, descent = 1e-4;
+    constexpr double loosest = 1e-2, descent = 1e-4, hardly_changed = 0.05;
     constexpr int most_trials = 10, most_rising = 4;
     const std::size_t n = equations.size();
     const auto& held    = equations.held();
-    const auto length   = [&](const Vector& r) { return std::sqrt(free_product(r, r, held)); };
+    NewtonSystem<D> system(equations, method, periodic, cells);
     NewtonResult out;
-    const auto end = [&](const Iterate& at, std::string why) {
-        if (out.report.iterations.empty()) out.report.iterations.push_back({at.norm});
+    const auto leave = [&](const Iterate& at, std::string why) {
         out.u       = at.u;
         out.missing = at.missing;
         out.why     = std::move(why);
         return out;
     };
-    NewtonSystem<D> system(equations, method, periodic, cells);
+    const auto evaluate = [&](Iterate& at) {
+        if (!equations.find_residual(at.u, at.missing, true)) return false;
+        at.norm  = std::sqrt(free_product(at.missing, at.missing, held));
+        at.force = equations.force();
+        return std::isfinite(at.norm);
+    };
     Vector step(n), given(n, 0.0), rhs(n);
-    Iterate now{equations.guess(), Vector(n)};
-    if (!equations.find_residual(now.u, now.missing, true)) {
-        std::fill(now.u.begin(), now.u.end(), 0.0);
-        if (!equations.find_residual(now.u, now.missing, true)) return end(now, "the first trial fails");
-    }
-    now.norm       = length(now.missing);
+    Iterate now{.u = std::move(start), .missing = Vector(n)};
+    if (!evaluate(now)) return leave(now, "the first trial fails");
     now.has_motion = true;
     for (std::size_t k = 0; k < n; ++k)
         if (held[k] && now.u[k] != equations.known()[k]) now.has_motion = false;
+    const double first_force = now.force;
     Iterate best = now, trial = now;
     double last = now.norm, forcing = loosest;
     bool searches = false;
     int rising    = 0;
     for (int iteration = 0;; ++iteration) {
         NewtonIteration& report = out.report.iterations.emplace_back(NewtonIteration{now.norm});
-        const double tolerance  = method.newton_tolerance * equations.largest_force();
+        const double tolerance  = method.newton_tolerance * std::max(now.force, first_force);
         const bool is_stuck     = iteration > 0 && now.norm <= equations.rounding() && now.norm > 0.1 * last;
         if (now.has_motion && (now.norm <= tolerance || is_stuck)) {
             out.report.converged = true;
-            return end(now, "");
+            return leave(now, "");
         }
         if (iteration == static_cast<int>(method.newton_iterations))
-            return end(
+            return leave(
                 now, fmt::format("{} iterations of Newton's method left a residual of {:.3g} N, above {:.3g} (newton_tolerance)",
                                  iteration, now.norm, tolerance));
         rhs = now.missing;
@@ -189,53 +200,70 @@ NewtonResult solve_step(StepEquations<D>& equations, const MethodSpec& method, c
             if (size > 0) forcing = std::max(forcing, std::min(0.3 * tolerance / size, loosest));
         }
         KrylovReport solved;
-        if (!system.solve(rhs, step, now.has_motion ? std::max(forcing, 1e-12) : 1e-6, now.norm < near * last, solved))
-            return end(now, "the tangent is singular: a body is free to move, or a material has lost its stiffness");
+        const bool is_regular =
+            system.solve(rhs, step, now.has_motion ? std::max(forcing, 1e-12) : 1e-6, now.norm < hardly_changed * last, solved);
         report.linear_iterations = solved.iterations;
-        if (!std::isfinite(solved.residual)) return end(now, "the tangent is not finite");
+        if (!is_regular)
+            return leave(now, "the tangent is singular: a body is free to move, or a material has lost its stiffness");
+        if (!std::isfinite(solved.residual)) return leave(now, "the tangent is not finite");
         if (!now.has_motion)
             for (std::size_t k = 0; k < n; ++k) step[k] += given[k];
 
-        const double slope = free_product(now.missing, step, held);
-        LineSearch search(slope);
-        bool is_taken = false, is_sound = false;
-        double part = 1.0;
-        for (int tried = 0; tried < most_trials && !is_taken; ++tried) {
+        double part   = 1.0;
+        auto is_sound = [&] {
             for (std::size_t k = 0; k < n; ++k) trial.u[k] = now.u[k] + part * step[k];
-            is_sound = equations.find_residual(trial.u, trial.missing, true);
-            if (is_sound) trial.norm = length(trial.missing);
-            is_sound = is_sound && std::isfinite(trial.norm);
-            if (!searches || !now.has_motion) {  // what conditions give is part of the step
-                is_taken = is_sound;
-                break;
+            return evaluate(trial);
+        };
+        bool is_taken = false, has_failed = false;
+        if (!searches) {
+            is_taken = is_sound();
+        } else {
+            LineSearch search(free_product(now.missing, step, held));
+            for (int tried = 0; tried < most_trials && !is_taken; ++tried) {
+                has_failed = !is_sound();
+                if (has_failed) {
+                    part = search.back(part);
+                    continue;
+                }
+                const double there = free_product(trial.missing, step, held);
+                is_taken           = trial.norm <= std::max({(1 - descent * part) * now.norm, tolerance, equations.rounding()}) ||
+                           search.accepts(there);
+                if (!is_taken) part = search.next(part, there);
             }
-            if (!is_sound) {
-                part = search.back(part);
-                continue;
-            }
-            const double there = free_product(trial.missing, step, held);
-            is_taken           = trial.norm <= std::max({(1 - descent * part) * now.norm, tolerance, equations.rounding()}) ||
-                       search.accepts(there);
-            if (!is_taken) part = search.next(part, there);
         }
-        trial.has_motion = true;
         if (is_taken) {
-            report.part = part;
-            last        = now.norm;
+            trial.has_motion = true;
+            report.part      = part;
+            last             = now.norm;
             std::swap(now, trial);
             rising = now.norm < best.norm || !best.has_motion ? 0 : rising + 1;
             if (rising == 0) best = now;
+            if (searches || rising < most_rising) continue;
         }
-        if (is_taken && (searches || rising < most_rising)) continue;
         if (searches || !best.has_motion)
-            return end(now, is_sound ? "no part of a step of Newton's method reduces the residual"
-                                     : "a trial turns a particle over, or its law fails");
+            return leave(now, has_failed || !searches ? "a trial turns a particle over, or its law fails"
+                                                      : "no part of a step of Newton's method reduces the residual");
         searches = true;
         now      = best;
         last     = now.norm;
         forcing  = loosest;
-        equations.find_residual(now.u, now.missing, true);
+        evaluate(now);
     }
+}
+
+}  // namespace
+
+/// A load step that leads nowhere from where the last one points is tried from rest.
+template <int D>
+NewtonResult solve_step(StepEquations<D>& equations, const MethodSpec& method, const Vec<D, bool>& periodic,
+                        const Index<D>& cells)
+{
+    NewtonResult r = solve_from(equations.guess(), equations, method, periodic, cells);
+    const Vector rest(equations.size(), 0.0);
+    if (r.report.converged || !is_static(method) || equations.guess() == rest) return r;
+    NewtonResult again = solve_from(rest, equations, method, periodic, cells);
+    again.report.iterations.insert(again.report.iterations.begin(), r.report.iterations.begin(), r.report.iterations.end());
+    return again;
 }
 
 template NewtonResult solve_step(StepEquations<1>&, const MethodSpec&, const Vec<1, bool>&, const Index<1>&);

@@ -42,7 +42,7 @@ template <int D>
 void Implicit<D>::take_step(State<D>& s, double dt) const
 {
     s.has_external_forces = false;
-    s.newton.of_step.clear();
+    s.newton.begin_step();
     double left = dt, part = dt;
     int halved = 0;
     for (bool is_first = true; left > 1e-12 * dt; is_first = false) {

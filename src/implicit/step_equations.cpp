@@ -51,7 +51,9 @@ StepEquations<D>::StepEquations(const Model<D>& model, const Passes<D>& passes, 
         for (std::size_t k = 0; k < size(); ++k) start_[k] = dt * velocity_[k];
     } else if (method().scheme == TimeScheme::newmark) {
         inertia_ = 1 / (method().newmark_beta * dt * dt);
-        if (s.n == 0) find_first_accelerations();
+        if (s.n == 0 && std::none_of(s.newton.of_step.begin(), s.newton.of_step.end(),
+                                     [](const NewtonReport& part) { return part.converged; }))
+            find_first_accelerations();
         project(s.particles.a, acceleration_);
         for (std::size_t k = 0; k < size(); ++k) {
             if (held_[k]) acceleration_[k] = 0.0;
@@ -141,16 +143,18 @@ void StepEquations<D>::fit_guess()
         cells = std::max(cells, std::fabs(guess_[k]) / model_.h[static_cast<int>(k % D)]);
         if (held_[k]) misfit += (guess_[k] - known_[k]) * (guess_[k] - known_[k]);
     }
-    const bool fits = cells <= most_cells && misfit <= least_fit * inner_product(guess_, guess_);
+    const bool fits = cells <= most_cells && misfit <= least_fit * std::max(known, factor * factor * at_held);
     for (std::size_t k = 0; k < size(); ++k) guess_[k] = !fits ? 0.0 : held_[k] ? known_[k] : guess_[k];
 }
 
-/// The row of a node that may have none, or lie beyond those of the step.
+/// The row of a node without the margin, which may have none or lie beyond the lattice.
 template <int D>
-int StepEquations<D>::row_at(const Index<D>& node) const
+int StepEquations<D>::row_at(Index<D> node) const
 {
-    for (int a = 0; a < D; ++a)
+    for (int a = 0; a < D; ++a) {
+        node[a] += s_.lattice.margin;
         if (node[a] < 0 || node[a] >= s_.lattice.nodes[a]) return 0;
+    }
     return rows_.row(s_.lattice.offset(node));
 }
 
@@ -160,7 +164,7 @@ void StepEquations<D>::keep_load_step(std::span<const double> u) const
     s_.load_step.resize(mass_.size());
     for (int row = 1; row < rows_.end(); ++row) {
         NodeMotion<D>& one = s_.load_step[static_cast<std::size_t>(row) - 1];
-        one.node           = s_.lattice.index(rows_.node(row));
+        one.node           = s_.lattice.index(rows_.node(row)) - Index<D>::filled(s_.lattice.margin);
         for (int a = 0; a < D; ++a) one.velocity[a] = u[unknown(row, a)] / dt_;
     }
 }
@@ -269,6 +273,7 @@ bool StepEquations<D>::find_residual(std::span<const double> u, std::span<double
     }
     report_ = forces_.find(u_.data(), f_.data(), with_derivatives);
     if (report_.fault != Fault::none) return false;
+    force_ = 0.0;
     set_forces(nodes_.data(), false);
     for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) {
         r[k] = nodes_[node][NodeLane::increment + a] + mass_[k / D] * model_.gravity[a];
@@ -276,17 +281,17 @@ bool StepEquations<D>::find_residual(std::span<const double> u, std::span<double
     if (!obstacles_->is_empty()) {
         Vector of_obstacles(size(), 0.0);
         obstacles_->add_forces(u, of_obstacles);
-        largest_force_ = std::max(largest_force_, length_of(of_obstacles));
+        force_ = std::max(force_, length_of(of_obstacles));
         add_multiple(r, 1.0, of_obstacles);
     }
-    largest_force_       = std::max(largest_force_, length_of(r));
+    force_               = std::max(force_, length_of(r));
     const bool has_loads = !s_.particles.b.empty() || !model_.tractions.empty();
     if (has_loads) set_forces(nodes_.data(), true);
     Vector rest(size());
     for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) {
         rest[k] = (has_loads ? nodes_[node][NodeLane::increment + a] : 0.0) + mass_[k / D] * model_.gravity[a];
     });
-    largest_force_ = std::max(largest_force_, length_of(rest));
+    force_ = std::max(force_, length_of(rest));
     find_rounding(u);
     for (std::size_t k = 0; k < size(); ++k) rest[k] = u[k] - start_[k];
     subtract_inertia(rest, r, inertia_);

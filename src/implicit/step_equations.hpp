@@ -43,8 +43,8 @@ class StepEquations {
     /// or law fails, see report().
     bool find_residual(std::span<const double> u, std::span<double> r, bool with_derivatives);
     const TileReport& report() const { return report_; }
-    /// The largest norm of forces so far, N: what residuals are compared with.
-    double largest_force() const { return largest_force_; }
+    /// The largest norm of forces there, reactions included, N: what residuals are compared with.
+    double force() const { return force_; }
     /// What rounding may leave of the last residual, N.
     double rounding() const { return rounding_; }
 
@@ -86,7 +86,7 @@ class StepEquations {
     void project(const Array<Vec<D>>& of, Vector& out);
     void number_rows(const Lanes* nodes);
     void fit_guess();
-    int row_at(const Index<D>& node) const;
+    int row_at(Index<D> node) const;
     void find_held();
     void find_first_accelerations();
     void find_penalty();
@@ -122,7 +122,7 @@ class StepEquations {
     Array<Vec<D>> u_, d_force_, moved_;
     Array<Mat<D>> f_, d_moment_;
     TileReport report_;
-    double largest_force_ = 0.0, rounding_ = 0.0, largest_mass_ = 0.0;
+    double force_ = 0.0, rounding_ = 0.0, largest_mass_ = 0.0;
 };
 
 }  // namespace ordo

@@ -4,12 +4,6 @@
 
 namespace ordo {
 
-namespace {
-
-constexpr std::ptrdiff_t kAtOnce = 256;  // cells whose matrices are in memory
-
-}  // namespace
-
 /// The particles of a body in a cell of the grid, and a matrix between all nodes of theirs.
 template <int D>
 struct TangentMatrix<D>::Cell {
@@ -57,10 +51,10 @@ void TangentMatrix<D>::add(const Fill& fill, BlockRows<D>& to) const
                         .dt            = 0.0,
                         .pic           = 0.0,
                         .stretch_limit = 0.0};
-    const std::ptrdiff_t count = std::ssize(begin_) - 1;
+    const std::ptrdiff_t count = std::ssize(begin_) - 1, at_once = (D == 3 ? 8 : 64) * thread_count();
     std::vector<Patch> patches;
-    for (std::ptrdiff_t first = 0; first < count; first += kAtOnce) {
-        patches.resize(std::min(kAtOnce, count - first));
+    for (std::ptrdiff_t first = 0; first < count; first += at_once) {
+        patches.resize(std::min(at_once, count - first));
         parallel_for(std::ssize(patches), [&](std::ptrdiff_t k) {
             const std::ptrdiff_t begin = begin_[first + k], end = begin_[first + k + 1];
             Cell cell{patches[k], {particle_.begin() + begin, particle_.begin() + end}, {}};

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 #include <functional>
 #include <set>
+#include <utility>
 
 namespace ordo::io {
 
@@ -203,8 +204,7 @@ void Writer<D>::after_step(Simulation<D>& sim, const StepSize& step)
 template <int D>
 void Writer<D>::failed(Simulation<D>& sim, const NumericalError&)
 {
-    const NewtonCounts& newton = sim.state().newton;
-    if (!newton.of_step.empty() && !newton.of_step.back().converged) add_iterations(newton);
+    add_iterations(sim.state().newton);
     const bool means_something = std::isfinite(totals(model_, sim.state()).total_energy());
     if (means_something && has_stepped(sim.state())) row(sim.state());
     last_frame(sim.state());
@@ -267,7 +267,7 @@ void Writer<D>::row(State<D>& s)
 template <int D>
 void Writer<D>::add_iterations(const NewtonCounts& newton)
 {
-    if (!newton_) return;
+    if (!newton_ || std::exchange(newton_step_, newton.step) == newton.step) return;
     for (const NewtonReport& part : newton.of_step)
         for (std::size_t k = 0; k < part.iterations.size(); ++k) {
             const NewtonIteration& one = part.iterations[k];

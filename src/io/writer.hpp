@@ -58,7 +58,7 @@ class Writer : public Observer<D> {
     void row(State<D>& s);
     /// Writes particles (and grid), the PVD, and from time to time the tables, unless this step has a frame.
     void frame(State<D>& s);
-    /// Adds what Newton's method did in the last step.
+    /// Adds what Newton's method did in the last step, unless it is there.
     void add_iterations(const NewtonCounts& newton);
     void last_frame(State<D>& s);
     /// Before the first step after a restart there are no nodes and no projection to write.
@@ -87,6 +87,7 @@ class Writer : public Observer<D> {
     std::vector<Probe> probes_;
     std::vector<LineFile> bodies_;    ///< none if they are not wanted
     std::optional<LineFile> newton_;  ///< of implicit schemes
+    long newton_step_ = 0;            ///< the last one in that file, see NewtonCounts
     Written written_;
     std::vector<double> row_;                 ///< of history.csv, the last one
     std::optional<std::int64_t> resumed_at_;  ///< the step of a restart

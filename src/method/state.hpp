@@ -217,14 +217,14 @@ struct FilterNodes {
 struct NewtonIteration {
     double residual;  ///< before it, N
     int linear_iterations = 0;
-    double part           = 0.0;  ///< that was taken of its step
+    double part           = 0.0;  ///< of its step, from which the next iteration goes on; 0: none, or there is no next one
 };
 
 /// Newton's method for a step of an implicit scheme, or for a part of one.
 struct NewtonReport {
     double t = 0.0, dt = 0.0;  ///< at the start, and the size, s
     bool converged = false;
-    std::vector<NewtonIteration> iterations;  ///< the last one is none: it has the residual at the end
+    std::vector<NewtonIteration> iterations;  ///< if it converged, the last one has the residual at the end only
 };
 
 /// The same since the start.
@@ -232,13 +232,19 @@ struct NewtonCounts {
     bool is_wanted    = false;  ///< the scheme is implicit
     double iterations = 0.0, linear_iterations = 0.0, halvings = 0.0;
     double residual = 0.0;              ///< at the end of the last step, N
-    std::vector<NewtonReport> of_step;  ///< all parts of the last step, those that failed too
+    long step       = 0;                ///< that was begun last, since the program began
+    std::vector<NewtonReport> of_step;  ///< all parts of that step, those that failed too
 
+    void begin_step()
+    {
+        ++step;
+        of_step.clear();
+    }
     void add(NewtonReport r)
     {
         for (const NewtonIteration& one : r.iterations) linear_iterations += one.linear_iterations;
-        iterations += static_cast<double>(r.iterations.size()) - 1;
-        residual = r.iterations.back().residual;
+        iterations += static_cast<double>(r.iterations.size()) - (r.converged ? 1 : 0);
+        if (!r.iterations.empty()) residual = r.iterations.back().residual;
         of_step.push_back(std::move(r));
     }
 };
@@ -246,7 +252,7 @@ struct NewtonCounts {
 /// How a node moves.
 template <int D>
 struct NodeMotion {
-    Index<D> node;
+    Index<D> node;    ///< without the lattice's margin, which changes
     Vec<D> velocity;  ///< m/s
 };
 

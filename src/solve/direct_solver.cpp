@@ -55,6 +55,10 @@ class Dissection {
                 join(node_of[i], node_of[matrix.column[k]]);
                 join(node_of[matrix.column[k]], node_of[i]);
             }
+        parallel_for_each(std::ssize(neighbours_), [&](std::ptrdiff_t i) {
+            std::sort(neighbours_[i].begin(), neighbours_[i].end());
+            neighbours_[i].erase(std::unique(neighbours_[i].begin(), neighbours_[i].end()), neighbours_[i].end());
+        });
         mark_.assign(place_.size(), -1);
         std::vector<int> all(place_.size());
         std::iota(all.begin(), all.end(), 0);
@@ -140,7 +144,7 @@ struct DirectSolver::Parts {
     std::vector<std::vector<Entry>> entries;    ///< of each part
     std::vector<std::vector<int>> position_of;  ///< in a front, for each thread
     std::vector<std::vector<double>> rooms;     ///< for fronts, for each thread
-    std::vector<double> right;
+    Eigen::VectorXd right;                      ///< aligned, so that bits do not depend on where it lies
 
     bool fits(const SparseRows<double>& m, const std::vector<Index<3>>& at) const
     {
@@ -217,9 +221,9 @@ struct DirectSolver::Parts {
 
     void solve(std::span<const double> b, std::span<double> x)
     {
-        right.resize(order.size());
+        right.resize(std::ssize(order));
         for (std::size_t k = 0; k < order.size(); ++k) right[k] = b[order[k]];
-        const auto mine = [&](const Part& part) { return Eigen::Map<Eigen::VectorXd>(right.data() + part.begin, part.size()); };
+        const auto mine = [&](const Part& part) { return right.segment(part.begin, part.size()); };
         Eigen::VectorXd at_rim;
         for (const Part& part : parts) {
             if (part.size() == 0) continue;

@@ -21,7 +21,7 @@ struct KrylovLimits {
 
 struct KrylovReport {
     int iterations          = 0;
-    double residual         = 0.0;    ///< |b - A x| / |b|
+    double residual         = 0.0;    ///< |b - A x| / |b|, of GMRES as its recurrence has it
     bool converged          = false;  ///< the residual is within the tolerance
     bool negative_curvature = false;  ///< conjugate gradients met a p with p A p <= 0, or an r with r P^-1 r <= 0, and stopped
 };

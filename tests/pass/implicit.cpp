@@ -243,6 +243,19 @@ TEST(ImplicitSteps, LoadStepsBeginLikeTheLast)
             EXPECT_NEAR(norm(like_last.particles.x[i] - from_rest.particles.x[i]), 0.0, 1e-8);
         EXPECT_LT(like_last.newton.iterations, from_rest.newton.iterations);
         EXPECT_EQ(like_last.newton.halvings, 0);
+        // Nodes are numbered from the grid's faces: those of the floor rest, those of the top move as given.
+        int resting = 0, moving = 0;
+        for (const NodeMotion<2>& one : like_last.load_step) {
+            if (one.node[1] == 0) {
+                EXPECT_EQ(norm(one.velocity), 0.0);
+                ++resting;
+            } else if (one.node[1] == 3) {
+                EXPECT_NEAR(one.velocity[1], steps == 4 ? -0.1 : 0.1, 1e-12);
+                ++moving;
+            }
+        }
+        EXPECT_GT(resting, 3);
+        EXPECT_GT(moving, 3);
     }
 }
 
