@@ -137,6 +137,20 @@ class ShippedCasesAtRest(unittest.TestCase):
         self.assertLess(seen["newton_iterations"][-1], 100)
 
 
+class Multigrid(unittest.TestCase):
+    """Linear iterations of a step do not grow with the number of unknowns, here 13000 and 52000: docs/implicit.md has up to 1.3 million."""
+
+    def test_iterations_do_not_grow(self):
+        counts = []
+        for spacing in (0.0125, 0.00625):
+            seen, _, _ = run_case(self, "static", "--set", f"grid.spacing={spacing}", "--set", "method.scheme=midpoint",
+                                  "--set", "method.newton_tolerance=1e-10", "--set", 'output.fields=["displacement"]', file="case-block.toml")
+            self.assertEqual(seen["newton_iterations"][-1], 3)
+            counts.append(seen["linear_iterations"][-1])
+        self.assertLessEqual(max(counts), 13)
+        self.assertLessEqual(abs(counts[1] - counts[0]), 2)
+
+
 @unittest.skipUnless(has_hdf5(), "ordo was built without HDF5")
 class Restarts(InTemporaryDirectory):
     """A run of load steps that is restarted is the run that was never interrupted, its iterations too."""
