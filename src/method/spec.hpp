@@ -89,8 +89,11 @@ inline bool is_implicit(const MethodSpec& s)
 inline bool is_static(const MethodSpec& s) { return s.scheme == TimeScheme::quasi_static; }
 /// Of implicit schemes.
 inline double ghost_penalty_of(const MethodSpec& s) { return s.ghost_penalty >= 0 ? s.ghost_penalty : 0.001; }
-/// Lumped rows take energy from implicit steps, which are stable without; explicit steps need them.
-inline double lump_below_of(const MethodSpec& s) { return s.lump_below >= 0 ? s.lump_below : is_implicit(s) ? 0.0 : 0.3; }
+/// Lumped rows take energy from the midpoint rule, which is stable without; explicit steps, and the accelerations of newmark, need them.
+inline double lump_below_of(const MethodSpec& s)
+{
+    return s.lump_below >= 0 ? s.lump_below : s.scheme == TimeScheme::midpoint ? 0.0 : 0.3;
+}
 /// The degree of the splines; 1 for hats.
 inline int degree_of(Basis basis)
 {

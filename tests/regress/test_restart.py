@@ -187,7 +187,8 @@ class Restart(InTemporaryDirectory):
     def test_other_version(self):
         file = self.half()
         whole = file.read_bytes()
-        self.assert_damage_refused(whole.replace(b"format 10", b"format 11", 1), "another version")
+        number = whole[:512].split(b"format ")[1].split(b"\n")[0]
+        self.assert_damage_refused(whole.replace(b"format " + number, b"format " + b"9" * len(number), 1), "another version")
         version = whole[:512].split(b"version ")[1].split(b"\n")[0]
         self.assert_damage_refused(whole.replace(version, b"9" * len(version), 1), "written by ordo 9")
         self.assert_damage_refused(whole.replace(version, b"\x1b" * len(version), 1), "written by ordo \\x1b")
