@@ -1,6 +1,7 @@
 #include "implicit/newton.hpp"
 
 #include "implicit/step_equations.hpp"
+#include "solve/grid_multigrid.hpp"
 #include "solve/krylov.hpp"
 
 #include <fmt/format.h>
@@ -38,6 +39,7 @@ class NewtonSystem {
   public:
     NewtonSystem(StepEquations<D>& equations, const MethodSpec& method, const Vec<D, bool>& periodic, const Index<D>& cells)
         : equations_(equations),
+          places_(equations.places()),
           periodic_(periodic),
           cells_(cells),
           multigrid_(MultigridChoices{.direct_unknowns = direct_unknowns<D>(method)})
@@ -56,7 +58,7 @@ class NewtonSystem {
             if (serves_) return true;
             if (!std::isfinite(report.residual)) std::fill(x.begin(), x.end(), 0.0);
         }
-        if (!multigrid_.set_up(equations_.matrix(), equations_.places(), periodic_, cells_, equations_.held())) return false;
+        if (!multigrid_.set_up(equations_.matrix(), places_, periodic_, cells_, equations_.held())) return false;
         const int before  = report.iterations;
         report            = solve_with_last(b, x, tolerance, most);
         fresh_iterations_ = report.iterations;
@@ -85,6 +87,7 @@ class NewtonSystem {
     }
 
     StepEquations<D>& equations_;
+    std::vector<Index<D>> places_;
     const Vec<D, bool>& periodic_;
     const Index<D>& cells_;
     GridMultigrid<D> multigrid_;

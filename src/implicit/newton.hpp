@@ -2,7 +2,6 @@
 #pragma once
 
 #include "method/state.hpp"
-#include "solve/grid_multigrid.hpp"
 
 #include <string>
 #include <vector>

@@ -68,21 +68,15 @@ void Implicit<D>::take_step(State<D>& s, double dt) const
     }
 }
 
-template <int D>
-StepEquations<D> Implicit<D>::equations(State<D>& s, double dt) const
-{
-    return StepEquations<D>(model(), passes(), mass_solver(), s, dt, [this](State<D>& of, double t) {
-        of.has_external_forces = false;
-        this->evaluate_external_forces(of, t);
-    });
-}
-
 /// Nothing but s.newton changes where it fails.
 template <int D>
 bool Implicit<D>::try_step(State<D>& s, double dt, std::string& why) const
 {
     this->find_held_by_bodies(s);
-    StepEquations<D> step = equations(s, dt);
+    StepEquations<D> step(model(), passes(), mass_solver(), s, dt, [this](State<D>& of, double t) {
+        of.has_external_forces = false;
+        this->evaluate_external_forces(of, t);
+    });
     if (s.projection.is_wanted) s.projection.set(mass_and_momentum(s), mass_and_momentum(s));
     NewtonResult r = solve_step(step, method(), s.lattice.periodic, s.lattice.cells);
     r.report.t     = s.t;
@@ -145,14 +139,7 @@ void Implicit<D>::finish(State<D>& s, StepEquations<D>& step, const std::vector<
         step.set_velocities(u, nodes);
         gather(s, passes().update_velocity, nodes, dt);
     }
-    if (method().scheme == TimeScheme::newmark) {
-        step.set_accelerations(u, nodes);
-        Array<Mat<D>> gradient(static_cast<std::size_t>(s.particles.count));
-        const Sweep<D> view = sweep(s, nodes, 0.0);
-        s.field.tiles.for_each([&](std::ptrdiff_t, const Tile& tile) {
-            passes().sample(view, s.particles.a.data(), gradient.data(), tile.begin, tile.end);
-        });
-    }
+    if (method().scheme == TimeScheme::newmark) step.sample_accelerations(u);
     step.set_mean_velocities(u, nodes);
     deform(s, passes().deform, nodes, dt);
     if (passes().move) gather(s, passes().move, nodes, dt);

@@ -30,7 +30,6 @@ class Implicit final : public PassScheme<D> {
     void take_step(State<D>& s, double dt) const override;
 
     bool try_step(State<D>& s, double dt, std::string& why) const;
-    StepEquations<D> equations(State<D>& s, double dt) const;
     void finish(State<D>& s, StepEquations<D>& equations, const std::vector<double>& u, const std::vector<double>& missing,
                 double dt) const;
     void account_for(State<D>& s, StepEquations<D>& equations, const std::vector<double>& u, const std::vector<double>& missing,

@@ -376,7 +376,7 @@ template <int D>
 SparseRows<Mat<D>> StepEquations<D>::matrix()
 {
     block_rows_.clear(mass_.size());
-    if (!tangent_matrix_) tangent_matrix_.emplace(model_, passes_, s_, rows_);
+    if (!tangent_matrix_) tangent_matrix_.emplace(sweep(nullptr), passes_, rows_, method().averaging != Averaging::none);
     tangent_matrix_->add_stiffness(forces_, block_rows_);
     add_mass();
     penalty_.for_each_entry(
@@ -427,12 +427,11 @@ void StepEquations<D>::set_mean_velocities(std::span<const double> u, Lanes* nod
 }
 
 template <int D>
-void StepEquations<D>::set_accelerations(std::span<const double> u, Lanes* nodes) const
+void StepEquations<D>::sample_accelerations(std::span<const double> u)
 {
-    for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) {
-        nodes[node][NodeLane::velocity + a] = held_[k] ? 0.0 : (u[k] - start_[k]) * inertia_;
-    });
-    s_.field.halo.copy(nodes);
+    Vector after(size());
+    for (std::size_t k = 0; k < size(); ++k) after[k] = held_[k] ? 0.0 : (u[k] - start_[k]) * inertia_;
+    sample(after, s_.particles.a, f_);
 }
 
 template class StepEquations<1>;

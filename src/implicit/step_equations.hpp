@@ -8,7 +8,6 @@
 #include "implicit/tangent_matrix.hpp"
 #include "method/mass_matrix.hpp"
 #include "method/passes.hpp"
-#include "solve/grid_multigrid.hpp"
 
 #include <functional>
 #include <optional>
@@ -62,8 +61,8 @@ class StepEquations {
     void set_velocities(std::span<const double> u, Lanes* nodes) const;
     /// .. or both to the mean velocity of the step and zero.
     void set_mean_velocities(std::span<const double> u, Lanes* nodes) const;
-    /// With scheme newmark the accelerations after the step, m/s^2, in the velocity lanes.
-    void set_accelerations(std::span<const double> u, Lanes* nodes) const;
+    /// With scheme newmark: sets those of the particles after the step, m/s^2.
+    void sample_accelerations(std::span<const double> u);
     /// Forces without gravity at the last residual, or loads alone, in the increment lanes of `nodes`, N.
     void set_forces(Lanes* nodes, bool loads_alone);
     /// Adds those of the ghost penalty.

@@ -21,15 +21,15 @@ struct TangentMatrix<D>::Cell {
 };
 
 template <int D>
-TangentMatrix<D>::TangentMatrix(const Model<D>& model, const Passes<D>& passes, const State<D>& s, const NodeRows<D>& rows)
-    : model_(model), passes_(passes), s_(s), rows_(rows)
+TangentMatrix<D>::TangentMatrix(const Sweep<D>& view, const Passes<D>& passes, const NodeRows<D>& rows, bool is_averaged)
+    : view_(view), passes_(passes), rows_(rows), is_averaged_(is_averaged)
 {
-    const ParticleView<D> p = const_cast<State<D>&>(s).particles.view();
+    const ParticleView<D>& p = view.p;
     std::vector<std::array<std::ptrdiff_t, 3>> order(p.count);  // body, cell, particle
     parallel_for_each(p.count, [&](std::ptrdiff_t i) {
         Index<D> cell{};
-        for (int a = 0; a < D; ++a) cell[a] = static_cast<int>(s.lattice.cell_coordinate(a, p.x[i][a]));
-        order[i] = {p.body[i], s.lattice.offset(cell), i};
+        for (int a = 0; a < D; ++a) cell[a] = static_cast<int>(view.lattice.cell_coordinate(a, p.x[i][a]));
+        order[i] = {p.body[i], view.lattice.offset(cell), i};
     });
     std::sort(order.begin(), order.end());
     for (std::size_t k = 0; k < order.size(); ++k) {
@@ -44,13 +44,6 @@ template <int D>
 template <class Fill>
 void TangentMatrix<D>::add(const Fill& fill, BlockRows<D>& to) const
 {
-    const Sweep<D> view{.lattice       = s_.lattice,
-                        .p             = const_cast<State<D>&>(s_).particles.view(),
-                        .nodes         = nullptr,
-                        .materials     = model_.materials.data(),
-                        .dt            = 0.0,
-                        .pic           = 0.0,
-                        .stretch_limit = 0.0};
     const std::ptrdiff_t count = std::ssize(begin_) - 1, at_once = (D == 3 ? 8 : 64) * thread_count();
     std::vector<Patch> patches;
     for (std::ptrdiff_t first = 0; first < count; first += at_once) {
@@ -62,7 +55,7 @@ void TangentMatrix<D>::add(const Fill& fill, BlockRows<D>& to) const
             std::vector<int>& row = cell.patch.row;
             row.clear();
             for (std::size_t q = 0; q < listed.size(); ++q) {
-                passes_.list_weights(view, cell.particle[q], listed[q]);
+                passes_.list_weights(view_, cell.particle[q], listed[q]);
                 for (const NodeWeight<D>& w : listed[q])
                     if (const int r = rows_.row(w.node); r > 0) row.push_back(r - 1);
             }
@@ -83,7 +76,7 @@ void TangentMatrix<D>::add(const Fill& fill, BlockRows<D>& to) const
 }
 
 template <int D>
-void TangentMatrix<D>::add_own(ParticleForces<D>& forces, Cell& cell) const
+void TangentMatrix<D>::add_own(const ParticleForces<D>& forces, Cell& cell) const
 {
     for (std::size_t q = 0; q < cell.particle.size(); ++q) {
         const Tangent<D>& A = forces.tangent(cell.particle[q]);
@@ -106,7 +99,7 @@ void TangentMatrix<D>::add_own(ParticleForces<D>& forces, Cell& cell) const
 
 /// Averaged steps change by s (df + (mean theta - theta) f/D) with theta = f^-T : df: a particle has all nodes of its cell.
 template <int D>
-void TangentMatrix<D>::add_averaged(ParticleForces<D>& forces, Cell& cell) const
+void TangentMatrix<D>::add_averaged(const ParticleForces<D>& forces, Cell& cell) const
 {
     constexpr std::size_t square = D * D;
     const std::size_t width      = cell.width();
@@ -159,12 +152,9 @@ void TangentMatrix<D>::add_averaged(ParticleForces<D>& forces, Cell& cell) const
 }
 
 template <int D>
-void TangentMatrix<D>::add_stiffness(ParticleForces<D>& forces, BlockRows<D>& to) const
+void TangentMatrix<D>::add_stiffness(const ParticleForces<D>& forces, BlockRows<D>& to) const
 {
-    if (model_.method.averaging == Averaging::none)
-        add([&](Cell& cell) { add_own(forces, cell); }, to);
-    else
-        add([&](Cell& cell) { add_averaged(forces, cell); }, to);
+    add([&](Cell& cell) { is_averaged_ ? add_averaged(forces, cell) : add_own(forces, cell); }, to);
 }
 
 template <int D>
@@ -176,7 +166,7 @@ void TangentMatrix<D>::add_mass(double factor, const std::vector<unsigned char>&
                 for (const auto& row : cell.weights[q])
                     for (const auto& column : cell.weights[q]) {
                         if (!is_coupled[cell.patch.row[row.node]] || !is_coupled[cell.patch.row[column.node]]) continue;
-                        const double one = factor * s_.particles.m[cell.particle[q]] * row.value * column.value;
+                        const double one = factor * view_.p.m[cell.particle[q]] * row.value * column.value;
                         for (int a = 0; a < D; ++a) cell.entries(row.node, a)[D * column.node + a] += one;
                     }
         },

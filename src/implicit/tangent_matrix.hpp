@@ -16,12 +16,12 @@ namespace ordo {
 template <int D>
 class TangentMatrix {
   public:
-    /// Arguments must outlive the object.
-    TangentMatrix(const Model<D>& model, const Passes<D>& passes, const State<D>& s, const NodeRows<D>& rows);
+    /// Passes and rows must outlive the object.
+    TangentMatrix(const Sweep<D>& view, const Passes<D>& passes, const NodeRows<D>& rows, bool is_averaged);
 
     /// Adds -d f : d u of the stresses of particles at their last trial, block (k, l) for rows k + 1 and l + 1. With averages over cells it lacks
     /// what the stresses themselves have of it; averages at vertices are taken for those over cells.
-    void add_stiffness(ParticleForces<D>& forces, BlockRows<D>& to) const;
+    void add_stiffness(const ParticleForces<D>& forces, BlockRows<D>& to) const;
     /// Adds factor m phi_k phi_l for rows k + 1 and l + 1 that both are coupled.
     void add_mass(double factor, const std::vector<unsigned char>& is_coupled, BlockRows<D>& to) const;
 
@@ -29,13 +29,13 @@ class TangentMatrix {
     struct Cell;
     template <class Fill>
     void add(const Fill& fill, BlockRows<D>& to) const;
-    void add_own(ParticleForces<D>& forces, Cell& cell) const;
-    void add_averaged(ParticleForces<D>& forces, Cell& cell) const;
+    void add_own(const ParticleForces<D>& forces, Cell& cell) const;
+    void add_averaged(const ParticleForces<D>& forces, Cell& cell) const;
 
-    const Model<D>& model_;
+    Sweep<D> view_;
     const Passes<D>& passes_;
-    const State<D>& s_;
     const NodeRows<D>& rows_;
+    bool is_averaged_;
     std::vector<int> particle_;             ///< by body and cell
     std::vector<std::ptrdiff_t> begin_{0};  ///< of each body's cells therein, and the end
 };

@@ -10,6 +10,8 @@ namespace ordo::io {
 
 namespace {
 
+using namespace std::string_view_literals;
+
 constexpr std::string_view kBefore = "checkpoint_", kAfter = ".h5";
 
 }  // namespace
@@ -40,9 +42,9 @@ bool is_run_file(const std::string& name)
     for (const auto& [start, end] :
          {std::pair{"particles_", ".vtu"}, {"contact_", ".vtu"}, {"grid_", ".vti"}, {"probe_", ".csv"}, {"body_", ".csv"}})
         if (name.starts_with(start) && name.ends_with(end)) return true;
-    for (const char* one : {"particles.pvd", "contact.pvd", "grid.pvd", "history.csv", "case.toml", "files.txt"})
+    for (const std::string_view one :
+         {"particles.pvd"sv, "contact.pvd"sv, "grid.pvd"sv, "history.csv"sv, kNewtonFile, "case.toml"sv, "files.txt"sv})
         if (name == one) return true;
-    if (name == kNewtonFile) return true;
     return step_of_checkpoint(name).has_value();
 }
 

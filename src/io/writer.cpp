@@ -132,21 +132,27 @@ template <int D>
 void Writer<D>::go_on_with_files()
 {
     make_probes();
-    const std::vector<std::string> tables = table_files(input_);
-    const std::size_t body_count          = input_.output.per_body ? input_.bodies.size() : 0;
-    if (!is_first()) {
-        bodies_.resize(body_count);
-        return;
-    }
+    bodies_.resize(input_.output.per_body ? input_.bodies.size() : 0);
+    if (is_implicit(model_.method)) newton_.emplace();
+    if (!is_first()) return;
     remove_later_files();
     write_resolved_case();
-    auto go_on = [&](std::size_t k) {
-        return LineFile(directory_.file(tables[k]), written_.table_sizes[k], written_.table_sums[k]);
-    };
-    history_ = go_on(0);
-    for (std::size_t k = 0; k < probes_.size(); ++k) probes_[k].file = go_on(k + 1);
-    for (std::size_t k = 0; k < body_count; ++k) bodies_.push_back(go_on(k + 1 + probes_.size()));
-    if (is_implicit(model_.method)) newton_ = go_on(tables.size() - 1);
+    const std::vector<std::string> tables = table_files(input_);
+    std::size_t k                         = 0;
+    for_each_table([&](LineFile& file) {
+        file = LineFile(directory_.file(tables[k]), written_.table_sizes[k], written_.table_sums[k]);
+        ++k;
+    });
+}
+
+template <int D>
+template <class F>
+void Writer<D>::for_each_table(F&& f)
+{
+    f(history_);
+    for (Probe& p : probes_) f(p.file);
+    for (LineFile& b : bodies_) f(b);
+    if (newton_) f(*newton_);
 }
 
 /// If the run is killed here at any moment, the lists name existing files only, and it can be restarted again.
@@ -335,32 +341,19 @@ Written Writer<D>::written()
 {
     flush(LineFile::When::now);
     Written w = written_;
-    w.table_sizes.assign(1, history_.size());
-    w.table_sums.assign(1, history_.sum());
-    for (const Probe& p : probes_) {
-        w.table_sizes.push_back(p.file.size());
-        w.table_sums.push_back(p.file.sum());
-    }
-    for (const LineFile& b : bodies_) {
-        w.table_sizes.push_back(b.size());
-        w.table_sums.push_back(b.sum());
-    }
-    if (newton_) {
-        w.table_sizes.push_back(newton_->size());
-        w.table_sums.push_back(newton_->sum());
-    }
+    w.table_sizes.clear();
+    w.table_sums.clear();
+    for_each_table([&](const LineFile& file) {
+        w.table_sizes.push_back(file.size());
+        w.table_sums.push_back(file.sum());
+    });
     return w;
 }
 
 template <int D>
 void Writer<D>::flush(LineFile::When when)
 {
-    on_first(ranks_, [&] {
-        history_.flush(when);
-        for (Probe& p : probes_) p.file.flush(when);
-        for (LineFile& b : bodies_) b.flush(when);
-        if (newton_) newton_->flush(when);
-    });
+    on_first(ranks_, [&] { for_each_table([&](LineFile& file) { file.flush(when); }); });
 }
 
 template std::vector<std::int32_t> probe_particles(const CaseInput&, const State<1>&);

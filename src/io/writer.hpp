@@ -71,6 +71,9 @@ class Writer : public Observer<D> {
     void write_resolved_case() const;
     void write_lists() const;
     void flush(LineFile::When when);
+    /// f(file) for the tables, in the order of table_files.
+    template <class F>
+    void for_each_table(F&& f);
     std::string particle_line(const Probe& probe, const State<D>& s) const;
     bool is_first() const { return ranks_.index() == 0; }
     void add(LineFile& file, std::string_view line)

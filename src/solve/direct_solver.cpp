@@ -51,10 +51,10 @@ class Dissection {
             if (i != j && (neighbours_[i].empty() || neighbours_[i].back() != j)) neighbours_[i].push_back(j);
         };
         for (std::size_t i = 0; i < place.size(); ++i)
-            for (std::ptrdiff_t k = matrix.first[i]; k < matrix.first[i + 1]; ++k) {
-                join(node_of[i], node_of[matrix.column[k]]);
-                join(node_of[matrix.column[k]], node_of[i]);
-            }
+            matrix.for_each(i, [&](int j, double) {
+                join(node_of[i], node_of[j]);
+                join(node_of[j], node_of[i]);
+            });
         parallel_for_each(std::ssize(neighbours_), [&](std::ptrdiff_t i) {
             std::sort(neighbours_[i].begin(), neighbours_[i].end());
             neighbours_[i].erase(std::unique(neighbours_[i].begin(), neighbours_[i].end()), neighbours_[i].end());
@@ -266,7 +266,7 @@ bool DirectSolver::factor(const SparseRows<double>& matrix, const std::vector<In
     Vector load(n), x(n);
     for (std::size_t i = 0; i < n; ++i) {
         double stiffness = 0.0;
-        for (std::ptrdiff_t k = matrix.first[i]; k < matrix.first[i + 1]; ++k) stiffness += std::fabs(matrix.value[k]);
+        matrix.for_each(i, [&](int, double value) { stiffness += std::fabs(value); });
         load[i] = scattered(i) * stiffness;
     }
     parts_->solve(load, x);
@@ -274,11 +274,11 @@ bool DirectSolver::factor(const SparseRows<double>& matrix, const std::vector<In
     for (std::size_t i = 0; i < n; ++i) {
         double rest = -load[i];
         size += std::fabs(load[i]);
-        for (std::ptrdiff_t k = matrix.first[i]; k < matrix.first[i + 1]; ++k) {
-            const double one = matrix.value[k] * x[matrix.column[k]];
+        matrix.for_each(i, [&](int j, double value) {
+            const double one = value * x[j];
             rest += one;
             size += std::fabs(one);
-        }
+        });
         residual += std::fabs(rest);
         if (!(std::fabs(x[i]) < 1 / tolerance)) return false;
     }

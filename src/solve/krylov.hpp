@@ -39,12 +39,23 @@ inline void add_multiple(std::span<double> y, double factor, std::span<const dou
     parallel_for_each(std::ssize(y), [&](std::ptrdiff_t i) { y[i] += factor * x[i]; });
 }
 
-/// r = b - A x
+/// r = b - A x; without a product where x is zero, as it is when most solves begin.
 template <class Product>
 void find_residual(Product&& product, std::span<const double> b, std::span<const double> x, std::span<double> r)
 {
+    if (std::all_of(x.begin(), x.end(), [](double one) { return one == 0.0; })) {
+        std::copy(b.begin(), b.end(), r.begin());
+        return;
+    }
     product(x, r);
     parallel_for_each(std::ssize(b), [&](std::ptrdiff_t i) { r[i] = b[i] - r[i]; });
+}
+
+/// For b = 0.
+inline KrylovReport answer_none(std::span<double> x)
+{
+    std::fill(x.begin(), x.end(), 0.0);
+    return {.converged = true};
 }
 
 /// Solves A x = b with a symmetric A by preconditioned conjugate gradients (Hestenes & Stiefel 1952).
@@ -60,11 +71,7 @@ KrylovReport conjugate_gradients(Product&& product, Precondition&& precondition,
     const std::size_t n = b.size();
     KrylovReport report;
     const double whole = length_of(b);
-    if (whole == 0.0) {
-        std::fill(x.begin(), x.end(), 0.0);
-        report.converged = true;
-        return report;
-    }
+    if (whole == 0.0) return answer_none(x);
     std::vector<double> r(n), z(n), p(n), q(n);
     find_residual(product, b, x, r);
     double before = 0.0;
@@ -172,18 +179,11 @@ KrylovReport gmres(Product&& product, Precondition&& precondition, std::span<con
     const std::size_t n = b.size();
     KrylovReport report;
     const double whole = length_of(b);
-    if (whole == 0.0) {
-        std::fill(x.begin(), x.end(), 0.0);
-        report.converged = true;
-        return report;
-    }
+    if (whole == 0.0) return answer_none(x);
     std::vector<double> z(n), w(n);
     std::vector<std::vector<double>> directions;
     for (;;) {
-        if (report.iterations == 0 && std::all_of(x.begin(), x.end(), [](double one) { return one == 0.0; }))
-            std::copy(b.begin(), b.end(), w.begin());
-        else
-            find_residual(product, b, x, w);
+        find_residual(product, b, x, w);
         const double start = length_of(w);
         report.residual    = start / whole;
         report.converged   = report.residual <= limits.tolerance;
