@@ -53,67 +53,97 @@ ORDO_HD ORDO_CALL inline void store_some(double* to, int N, int count, const Lan
 }
 
 #if !defined(__CUDACC__) && defined(__AVX512F__)
-/// Eight particles of N numbers are N registers in memory. Lane k of number c is at place k N + c: `in` picks those that lie in
-/// register r, `out` puts numbers c into register r; other lanes are kept.
-template <int N>
+/// N registers in memory hold elements of `width` doubles, N for each of 8 / width particles. In order, register c holds element c of all
+/// these particles. `in` goes from memory to order, `out` back: lane k of the result c is lane order[c][1][k] of the first two
+/// registers, those of the second counted from 8, unless order[c][r][k] above 7 takes it from register r > 1.
+template <int N, int width>
 struct Interleaving {
-    alignas(64) long long in[N][N][8], out[N][N][8];
+    using Order = long long[N][N][8];
+    alignas(64) Order in, out;
 
     constexpr Interleaving() : in(), out()
     {
         for (int c = 0; c < N; ++c)
-            for (int r = 0; r < N; ++r)
-                for (int k = 0; k < 8; ++k) {
-                    const int from = k * N + c, to = 8 * r + k;
-                    in[c][r][k]  = from / 8 == r ? 8 + from % 8 : k;
-                    out[r][c][k] = to % N == c ? 8 + to / N : k;
-                }
+            for (int k = 0; k < 8; ++k) {
+                const int place = (k / width * N + c) * width + k % width;  // in memory
+                take(in, c, k, place / 8, place % 8);
+                const int element = (8 * c + k) / width;
+                take(out, c, k, element % N, element / N * width + k % width);
+            }
+    }
+
+  private:
+    static constexpr void take(Order& order, int c, int k, int from, int lane)
+    {
+        for (int r = 1; r < N; ++r) order[c][r][k] = from == r ? 8 + lane : (r == 1 && from == 0) ? lane : k;
     }
 };
-template <int N>
-inline constexpr Interleaving<N> interleaving{};
+template <int N, int width>
+inline constexpr Interleaving<N, width> interleaving{};
 
-/// Turns N registers into N numbers, or back, by one order of an Interleaving.
 template <int N>
-ORDO_FLAT inline void reorder(const long long (&order)[N][N][8], const Lanes (&from)[N], Lanes (&to)[N])
+ORDO_FLAT inline void reorder(const long long (&order)[N][N][8], const Lanes* from, Lanes* to)
 {
     for (int c = 0; c < N; ++c) {
         to[c] = from[0];
-        for (int r = 0; r < N; ++r) to[c].v = _mm512_permutex2var_pd(to[c].v, _mm512_load_epi64(order[c][r]), from[r].v);
+        for (int r = 1; r < N; ++r) to[c].v = _mm512_permutex2var_pd(to[c].v, _mm512_load_epi64(order[c][r]), from[r].v);
     }
 }
-/// Eight particles with up to six numbers each, or nine.
+
+/// Eight particles with up to six numbers each, or nine. Pairs of numbers take half as many steps as single ones.
 template <int N>
 ORDO_FLAT inline void load_full(const double* p, Lanes (&number)[N])
 {
-    if constexpr (N <= 6) {
-        Lanes in[N];
-        __builtin_memcpy(static_cast<void*>(in), p, sizeof in);
-        reorder(interleaving<N>.in, in, number);
-    } else {
-        static_assert(N == 9);
+    if constexpr (N == 9) {
         Lanes row[8];
-        for (int k = 0; k < 8; ++k) __builtin_memcpy(static_cast<void*>(&row[k]), p + 9 * k, sizeof row[k]);
+        for (int k = 0; k < 8; ++k) row[k] = {_mm512_loadu_pd(p + 9 * k)};
         transpose(row);
         for (int c = 0; c < 8; ++c) number[c] = row[c];
         number[8] = make_lanes(p[8], p[17], p[26], p[35], p[44], p[53], p[62], p[71]);
+    } else {
+        static_assert(N <= 6);
+        Lanes in[N];
+        for (int r = 0; r < N; ++r) in[r] = {_mm512_loadu_pd(p + 8 * r)};
+        if constexpr (N % 2 == 1) {
+            reorder<N>(interleaving<N, 1>.in, in, number);
+        } else {
+            constexpr int half = N / 2;
+            Lanes pairs[N];  // of the first four particles, of the last four
+            for (int f = 0; f < N; f += half) reorder<half>(interleaving<half, 2>.in, in + f, pairs + f);
+            for (int q = 0; q < half; ++q) {
+                const Lanes two[2] = {pairs[q], pairs[half + q]};
+                reorder<2>(interleaving<2, 1>.in, two, number + 2 * q);
+            }
+        }
     }
 }
 template <int N>
 ORDO_FLAT inline void store_full(double* p, const Lanes (&number)[N])
 {
-    if constexpr (N <= 6) {
-        Lanes out[N];
-        reorder(interleaving<N>.out, number, out);
-        __builtin_memcpy(p, out, sizeof out);
-    } else {
+    if constexpr (N == 9) {
         Lanes row[8];
         for (int c = 0; c < 8; ++c) row[c] = number[c];
         transpose(row);
         for (int k = 0; k < 8; ++k) {
-            __builtin_memcpy(p + 9 * k, &row[k], sizeof row[k]);
+            _mm512_storeu_pd(p + 9 * k, row[k].v);
             p[9 * k + 8] = number[8][k];
         }
+    } else {
+        Lanes out[N];
+        if constexpr (N % 2 == 1) {
+            reorder<N>(interleaving<N, 1>.out, number, out);
+        } else {
+            constexpr int half = N / 2;
+            Lanes pairs[N];
+            for (int q = 0; q < half; ++q) {
+                Lanes two[2];
+                reorder<2>(interleaving<2, 1>.out, number + 2 * q, two);
+                pairs[q]        = two[0];
+                pairs[half + q] = two[1];
+            }
+            for (int f = 0; f < N; f += half) reorder<half>(interleaving<half, 2>.out, pairs + f, out + f);
+        }
+        for (int r = 0; r < N; ++r) _mm512_storeu_pd(p + 8 * r, out[r].v);
     }
 }
 #elif !defined(__CUDACC__)
