@@ -52,6 +52,15 @@ class Halo {
             });
     }
 
+    /// Sets lanes [first, last) of the margin to zero, before what is added there once more.
+    void clear(Lanes* nodes, int first, int last) const
+    {
+        for (const auto& axis : pairs_)
+            for_each(axis, [=](const Pair& p) {
+                for (int k = first; k < last; ++k) nodes[p.ghost][k] = 0.0;
+            });
+    }
+
     /// Copies nodes to the margin that repeats them. It takes the axes in the reverse order of `add`, so that corners are right.
     void copy(Lanes* nodes) const
     {

@@ -1,6 +1,6 @@
 // The ghost penalty of implicit steps: stiffness against jumps of the highest derivative of displacements next to nodes with little of a body
 // (Burman 2010, Comptes Rendus Mathematique 348:1217; for MPM Coombs 2023, IJNME 124:4841). It couples such nodes to their neighbours, so that
-// equations stay regular however bodies cut cells, and is zero for polynomials of the basis' degree.
+// equations stay regular however bodies cut cells, and is zero for polynomials of the basis' degree. Nodes that conditions hold need none.
 #pragma once
 
 #include "grid/cox_de_boor.hpp"
@@ -21,8 +21,10 @@ class JumpPenalty {
     JumpPenalty() = default;
     /// @param factor of the modulus times area over spacing, Pa m^(D-2): dimensionless
     /// @param filled,modulus of each row: the filled part of its function, and the P-wave modulus there, Pa
+    /// @param is_held (row, component): such nodes need no help, and may lie beyond a plane through which motions do not continue
+    template <class IsHeld>
     JumpPenalty(const Lattice<D>& g, const NodeRows<D>& rows, double factor, double least, const std::vector<double>& filled,
-                const std::vector<double>& modulus)
+                const std::vector<double>& modulus, const IsHeld& is_held)
     {
         const int width = g.basis.degree + 2;
         for (int row = 1; row < rows.end(); ++row)
@@ -31,7 +33,7 @@ class JumpPenalty {
                 line.count  = width;
                 Index<D> at = g.index(rows.node(row));
                 if (!set_jump(g, a, at[a] - g.margin, line.jump.data())) continue;
-                double fill = least, stiff = 0.0;
+                double stiff  = 0.0;
                 bool is_whole = true;
                 for (int k = 0; k < width && is_whole; ++k, ++at[a]) {
                     const bool is_inside = g.periodic[a] || at[a] < g.nodes[a];
@@ -39,10 +41,10 @@ class JumpPenalty {
                     is_whole             = r > 0;
                     if (!is_whole) break;
                     line.row[static_cast<std::size_t>(k)] = r;
-                    fill                                  = std::min(fill, filled[r]);
                     stiff                                 = std::max(stiff, modulus[r]);
+                    for (int c = 0; c < D; ++c) line.acts[c] = line.acts[c] || (filled[r] < least && !is_held(r, c));
                 }
-                if (!is_whole || !(fill < least)) continue;
+                if (!is_whole || line.acts == Vec<D, bool>{}) continue;
                 line.weight = factor * stiff / g.h[a];
                 for (int b = 0; b < D; ++b)
                     if (b != a) line.weight *= g.h[b];
@@ -55,18 +57,23 @@ class JumpPenalty {
     {
         for (const Line& l : lines_)
             for (int a = 0; a < D; ++a) {
+                if (!l.acts[a]) continue;
                 double jump = 0.0;
                 for (std::size_t k = 0; k < l.size(); ++k) jump += l.jump[k] * from[D * (l.row[k] - 1) + a];
                 for (std::size_t k = 0; k < l.size(); ++k) to[D * (l.row[k] - 1) + a] -= l.weight * l.jump[k] * jump;
             }
     }
-    /// add(row, row, value) for all entries of G, the same for each component.
+    /// add(row, row, value of each component) for all entries of G.
     template <class Add>
     void for_each_entry(const Add& add) const
     {
         for (const Line& l : lines_)
             for (std::size_t i = 0; i < l.size(); ++i)
-                for (std::size_t j = 0; j < l.size(); ++j) add(l.row[i], l.row[j], l.weight * l.jump[i] * l.jump[j]);
+                for (std::size_t j = 0; j < l.size(); ++j) {
+                    Vec<D> value{};
+                    for (int a = 0; a < D; ++a) value[a] = l.acts[a] ? l.weight * l.jump[i] * l.jump[j] : 0.0;
+                    add(l.row[i], l.row[j], value);
+                }
     }
     bool is_empty() const { return lines_.empty(); }
 
@@ -77,6 +84,7 @@ class JumpPenalty {
         std::array<int, most> row;
         std::array<double, most> jump;
         double weight;
+        Vec<D, bool> acts;  ///< on each component
 
         std::size_t size() const { return static_cast<std::size_t>(count); }
     };

@@ -178,7 +178,8 @@ NewtonResult solve_from(Vector start, StepEquations<D>& equations, const MethodS
     for (int iteration = 0;; ++iteration) {
         NewtonIteration& report = out.report.iterations.emplace_back(NewtonIteration{now.norm});
         const double tolerance  = method.newton_tolerance * std::max(now.force, first_force);
-        const bool is_stuck     = iteration > 0 && now.norm <= equations.rounding() && now.norm > 0.1 * last;
+        const bool is_stuck =
+            iteration > 0 && now.norm <= equations.rounding() && now.norm > 0.1 * last && equations.may_be_rounding(now.missing);
         if (now.has_motion && (now.norm <= tolerance || is_stuck)) {
             out.report.converged = true;
             return leave(now, "");
@@ -206,6 +207,7 @@ NewtonResult solve_from(Vector start, StepEquations<D>& equations, const MethodS
         const bool is_regular =
             system.solve(rhs, step, now.has_motion ? std::max(forcing, 1e-12) : 1e-6, now.norm < hardly_changed * last, solved);
         report.linear_iterations = solved.iterations;
+        if (!is_regular) out.is_singular = true;
         if (!is_regular)
             return leave(now, "the tangent is singular: a body is free to move, or a material has lost its stiffness");
         if (!std::isfinite(solved.residual)) return leave(now, "the tangent is not finite");

@@ -14,6 +14,7 @@ class StepEquations;
 /// How Newton's method ended.
 struct NewtonResult {
     std::string why;                 ///< it did not converge
+    bool is_singular = false;        ///< because the tangent is
     std::vector<double> u, missing;  ///< displacements, m, and the residual there, N
     NewtonReport report;
 };

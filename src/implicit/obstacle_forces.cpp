@@ -11,8 +11,9 @@
 namespace ordo {
 
 template <int D>
-ObstacleForces<D>::ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness)
-    : model_(model), s_(s), dt_(dt), k_(0.0), first_{0}
+ObstacleForces<D>::ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness,
+                                  double end_part)
+    : model_(model), s_(s), dt_(dt), k_(0.0), end_part_(end_part), first_{0}
 {
     if constexpr (D > 1) {
         if (model.obstacles.empty()) return;
@@ -25,7 +26,7 @@ ObstacleForces<D>::ObstacleForces(const Model<D>& model, State<D>& s, const Node
         for (const ContactSurface<D>& surface : model.surfaces) vertices.push_back(vertices_of(surface, model, s));
         points_ = find_contact_points(model, s, vertices, dt);
         VertexRows<D> one(s, 1);
-        auto add = [&](const Vec<D>& x, double part) {
+        auto add_weights = [&](const Vec<D>& x, double part) {
             one.set(0, x, 0);
             for (std::size_t n = 0; n < one.size(); ++n)
                 if (const int row = rows.row(one.node(0, n)); row > 0 && one.weight(0, n) != 0.0)
@@ -34,20 +35,20 @@ ObstacleForces<D>::ObstacleForces(const Model<D>& model, State<D>& s, const Node
         for (const ContactPoint<D>& point : points_) {
             const int surface = pair_of(point).surface[point.key.side];
             if (surface < 0) {
-                add(point.x, 1.0);
+                add_weights(point.x, 1.0);
             } else if (pair_of(point).on_faces) {
                 const Outline<D>& outline  = model.surfaces[surface].outline;
                 const FacePoint<D>& inside = face_points<D>(outline.faces[point.key.of].count)[point.key.ordinal];
                 for (int c = 0; c < outline.faces[point.key.of].count; ++c)
-                    add(vertices[surface][outline.vertices[point.key.of][c]], inside.weight[c]);
+                    add_weights(vertices[surface][outline.vertices[point.key.of][c]], inside.weight[c]);
             } else {
-                add(vertices[surface][point.key.of], 1.0);
+                add_weights(vertices[surface][point.key.of], 1.0);
             }
             first_.push_back(static_cast<int>(weights_.size()));
         }
-        force_.resize(points_.size());
         moved_.resize(points_.size());
         traction_.resize(points_.size());
+        start_traction_.resize(points_.size());
         stiffness_.resize(points_.size());
     }
 }
@@ -64,43 +65,60 @@ Vec<D> ObstacleForces<D>::motion_of(std::size_t q, std::span<const double> u) co
 template <int D>
 Vec<D> ObstacleForces<D>::motion_of_obstacle(std::size_t q) const
 {
-    return dt_ * velocity_at(s_.contacts.obstacles[pair_of(points_[q]).obstacle], points_[q].x);
+    return displacement_at(s_.contacts.obstacles[pair_of(points_[q]).obstacle], points_[q].at, dt_);
 }
 
 /// The anchor is the slip since a point sticks, of tied points all of their motion.
 template <int D>
+auto ObstacleForces<D>::response_to(std::size_t q, const Vec<D>& d) const -> Response
+{
+    const ContactPoint<D>& point = points_[q];
+    const ContactPair<D>& pair   = pair_of(point);
+    const Vec<D>& n              = point.normal;
+    const Mat<D> across = outer(n, n), along = Mat<D>::identity() - across;
+    const double open = point.is_tied ? dot(point.anchor + d, n) : point.gap + dot(d, n), p = -k_ * open;
+    const bool presses = point.is_tied || open <= touching_;  // a body that only lies there at first is held too
+    if (!presses) return {};
+    if (pair.type == ContactType::frictionless && !point.is_tied) return {p * n, k_ * across};
+    Vec<D> t           = -k_ * (along * (point.anchor + d));
+    Mat<D> K           = k_ * across;
+    const double limit = pair.friction * std::max(p, 0.0) + pair.adhesion, size = norm(t);
+    const bool grips = point.is_tied || pair.type == ContactType::no_slip || pair.type == ContactType::tied;
+    if (grips || size <= limit) {
+        K += k_ * along;
+    } else {
+        const Vec<D> way = (1 / size) * t;
+        t                = limit * way;
+        K += (k_ * limit / size) * (along - outer(way, way)) + pair.friction * k_ * outer(way, n);
+    }
+    return {p * n + t, K};
+}
+
+template <int D>
+void ObstacleForces<D>::add(std::size_t q, const Vec<D>& force, std::span<double> r) const
+{
+    for (int i = first_[q]; i < first_[q + 1]; ++i)
+        for (int a = 0; a < D; ++a) r[D * (weights_[i].row - 1) + a] += weights_[i].value * force[a];
+}
+
+template <int D>
 void ObstacleForces<D>::add_forces(std::span<const double> u, std::span<double> r)
 {
     for (std::size_t q = 0; q < points_.size(); ++q) {
-        const ContactPoint<D>& point = points_[q];
-        const ContactPair<D>& pair   = pair_of(point);
-        const Vec<D>& n              = point.normal;
-        const Mat<D> across = outer(n, n), along = Mat<D>::identity() - across;
-        const Vec<D> d    = motion_of(q, u) - motion_of_obstacle(q);
-        const double open = point.is_tied ? dot(point.anchor + d, n) : point.gap + dot(d, n), p = -k_ * open;
-        const bool presses = point.is_tied || open <= touching_;  // a body that only lies there at first is held too
-        Vec<D> t           = -k_ * (along * (point.anchor + d));
-        Mat<D> K{};
-        if (presses) K = k_ * across;
-        if (!presses || (pair.type == ContactType::frictionless && !point.is_tied)) {
-            t = {};
-        } else {
-            const double limit = pair.friction * std::max(p, 0.0) + pair.adhesion, size = norm(t);
-            const bool grips = point.is_tied || pair.type == ContactType::no_slip || pair.type == ContactType::tied;
-            if (grips || size <= limit) {
-                K += k_ * along;
-            } else {
-                const Vec<D> way = (1 / size) * t;
-                t                = limit * way;
-                K += (k_ * limit / size) * (along - outer(way, way)) + pair.friction * k_ * outer(way, n);
-            }
-        }
-        moved_[q]     = d;
-        traction_[q]  = (presses ? p : 0.0) * n + t;
-        force_[q]     = point.area * traction_[q];
-        stiffness_[q] = point.area * K;
-        for (int i = first_[q]; i < first_[q + 1]; ++i)
-            for (int a = 0; a < D; ++a) r[D * (weights_[i].row - 1) + a] += weights_[i].value * force_[q][a];
+        moved_[q]         = motion_of(q, u) - motion_of_obstacle(q);
+        const Response of = response_to(q, moved_[q]);
+        traction_[q]      = of.traction;
+        stiffness_[q]     = points_[q].area * of.stiffness;
+        add(q, points_[q].area * traction_[q], r);
+    }
+}
+
+template <int D>
+void ObstacleForces<D>::add_start_forces(std::span<double> r)
+{
+    for (std::size_t q = 0; q < points_.size(); ++q) {
+        start_traction_[q] = response_to(q, {}).traction;
+        add(q, points_[q].area * start_traction_[q], r);
     }
 }
 
@@ -108,10 +126,17 @@ template <int D>
 void ObstacleForces<D>::add_product(std::span<const double> x, std::span<double> y) const
 {
     for (std::size_t q = 0; q < points_.size(); ++q) {
-        const Vec<D> change = stiffness_[q] * motion_of(q, x);
-        for (int i = first_[q]; i < first_[q + 1]; ++i)
-            for (int a = 0; a < D; ++a) y[D * (weights_[i].row - 1) + a] -= weights_[i].value * change[a];
+        add(q, -(stiffness_[q] * motion_of(q, x)), y);
     }
+}
+
+template <int D>
+bool ObstacleForces<D>::acts_on(int row) const
+{
+    for (std::size_t q = 0; q < points_.size(); ++q)
+        for (int i = first_[q]; i < first_[q + 1]; ++i)
+            if (weights_[i].row == row && !(stiffness_[q] == Mat<D>{})) return true;
+    return false;
 }
 
 /// A point that slides keeps the part of its slip that its shear stress holds.
@@ -125,15 +150,18 @@ void ObstacleForces<D>::finish()
             ContactPoint<D>& point    = points_[q];
             ObstacleMotion<D>& motion = s_.contacts.obstacles[pair_of(point).obstacle];
             const Vec<D>& n           = point.normal;
-            const double p            = dot(traction_[q], n);
-            const Vec<D> t = traction_[q] - p * n, force = force_[q], slip = moved_[q] - dot(moved_[q], n) * n;
+            const Vec<D> slip         = moved_[q] - dot(moved_[q], n) * n,
+                         over         = end_part_ * traction_[q] + (1 - end_part_) * start_traction_[q];
+            const Vec<D> force = point.area * over, of_friction = over - dot(over, n) * n;
             motion.exchange.force += padded(-force);
-            motion.exchange.moment += cross(padded(point.x - motion.center), padded(-force));
-            motion.exchange.dissipated -= point.area * p * dot(moved_[q], n);
-            motion.exchange.friction -= point.area * dot(t, slip);
+            motion.exchange.moment += cross(padded(point.at - motion.center), padded(-force));
+            motion.exchange.dissipated -= point.area * dot(over, n) * dot(moved_[q], n);
+            motion.exchange.friction -= point.area * dot(of_friction, slip);
             motion.work -= dot(force, motion_of_obstacle(q));
-            point.sticks = p > 0 && norm(t + k_ * (point.anchor + slip - dot(point.anchor, n) * n)) <= 1e-9 * norm(t);
-            point.slip   = (1 / dt_) * slip;
+            const double p = dot(traction_[q], n);
+            const Vec<D> t = traction_[q] - p * n;
+            point.sticks   = p > 0 && norm(t + k_ * (point.anchor + slip - dot(point.anchor, n) * n)) <= 1e-9 * norm(t);
+            point.slip     = (1 / dt_) * slip;
             if (point.is_tied)
                 point.anchor += moved_[q];
             else

@@ -15,7 +15,11 @@ template <int D>
 class ObstacleForces {
   public:
     /// Finds the points near obstacles. Sets the velocities of obstacles.
-    ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness);
+    /// @param end_part of the forces at the end in those that act over the step; the others are those at its start
+    ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness, double end_part);
+
+    /// Adds the forces at the start of the step to r, N.
+    void add_start_forces(std::span<double> r);
 
     /// Finds the forces for displacements u of unknown D k + a, component a of row k + 1, and adds them to r, N.
     void add_forces(std::span<const double> u, std::span<double> r);
@@ -30,6 +34,8 @@ class ObstacleForces {
                 for (int j = first_[q]; j < first_[q + 1]; ++j)
                     add(weights_[i].row, weights_[j].row, weights_[i].value * weights_[j].value * stiffness_[q]);
     }
+    /// Whether a point that has stiffness at the last forces has weight at the node of a row.
+    bool acts_on(int row) const;
     bool is_empty() const { return points_.empty(); }
 
     /// Leaves points, forces and work in the state, and moves the obstacles.
@@ -40,19 +46,26 @@ class ObstacleForces {
         int row;
         double value;
     };
+    /// Traction of a point, Pa, and -d traction : d motion, Pa/m.
+    struct Response {
+        Vec<D> traction;
+        Mat<D> stiffness;
+    };
+    Response response_to(std::size_t q, const Vec<D>& motion) const;
+    void add(std::size_t q, const Vec<D>& force, std::span<double> r) const;
     Vec<D> motion_of(std::size_t q, std::span<const double> u) const;
     Vec<D> motion_of_obstacle(std::size_t q) const;
     const ContactPair<D>& pair_of(const ContactPoint<D>& point) const { return model_.contacts[point.key.pair]; }
 
     const Model<D>& model_;
     State<D>& s_;
-    double dt_, k_, touching_ = 0.0;  ///< s; Pa/m; the gap, m, that is none
+    double dt_, k_, end_part_, touching_ = 0.0;  ///< s; Pa/m; 1; the gap, m, that is none
     std::vector<ContactPoint<D>> points_;
     std::vector<int> first_;  ///< of each point, and the end of the last: where its weights begin
     std::vector<Weight> weights_;
-    std::vector<Vec<D>> force_, moved_;  ///< on the body, N; relative to the obstacle in the step, m
-    std::vector<Vec<D>> traction_;       ///< Pa
-    std::vector<Mat<D>> stiffness_;      ///< -d force : d motion, N/m
+    std::vector<Vec<D>> moved_;                      ///< relative to the obstacle in the step, m
+    std::vector<Vec<D>> traction_, start_traction_;  ///< Pa
+    std::vector<Mat<D>> stiffness_;                  ///< -d force : d motion, N/m
 };
 
 }  // namespace ordo

@@ -36,10 +36,9 @@ ParticleForces<D>::ParticleForces(const Model<D>& model, State<D>& s, double dt,
 }
 
 template <int D>
-Vec<D> ParticleForces<D>::traction_on(const Load<D>& load, const FaceShape<D>& face, int i, const Vec<D>& u,
-                                      const Mat<D>& f) const
+Vec<D> ParticleForces<D>::traction_on(const Load<D>& load, const FaceShape<D>& face, int i, const Vec<D>& u, const Mat<D>& f,
+                                      double t) const
 {
-    const double t = s_.t + (is_middle_ ? 0.5 : 1.0) * dt_;
     return force_on(load, model_.tractions, cofactor(f) * face.area,
                     s_.lattice.inside_period(s_.particles.x[i] + u + f * face.arm), t);
 }
@@ -47,7 +46,7 @@ Vec<D> ParticleForces<D>::traction_on(const Load<D>& load, const FaceShape<D>& f
 /// The virtual work of a face is that of its force times the displacement of its centre, which is linear in the particle: its moment has the arm
 /// at the start of the step.
 template <int D>
-void ParticleForces<D>::find_loads(const Vec<D>* u, const Mat<D>* f)
+void ParticleForces<D>::find_loads(const Vec<D>* u, const Mat<D>* f, double t)
 {
     const ParticleView<D> p = s_.particles.view();
     const double part       = is_middle_ ? 0.5 : 1.0;
@@ -55,7 +54,7 @@ void ParticleForces<D>::find_loads(const Vec<D>* u, const Mat<D>* f)
         Vec<D> force = p.b ? p.m[i] * p.b[i] : Vec<D>{};
         Mat<D> moment{};
         for (int l = model_.loads.empty() ? -1 : p.load[i]; l >= 0; l = model_.loads[l].is_last ? -1 : l + 1) {
-            const Vec<D> one = traction_on(model_.loads[l], faces_[l], static_cast<int>(i), part * u[i], part_of(f[i]));
+            const Vec<D> one = traction_on(model_.loads[l], faces_[l], static_cast<int>(i), part * u[i], part_of(f[i]), t);
             force += one;
             moment += outer(one, faces_[l].arm);
         }
@@ -129,13 +128,43 @@ TileReport ParticleForces<D>::find(const Vec<D>* u, const Mat<D>* f, bool with_d
     for (const TileReport& r : reports)
         if (r.fault != Fault::none) report.flag(r.fault, r.particle);
     if (report.fault != Fault::none) return report;
-    find_loads(u, f);
-    std::copy_n(load_moment_.data(), p.count, moment_.data());
+    find_loads(u, f, s_.t + (is_middle_ ? 0.5 : 1.0) * dt_);
+    const auto endless = parallel_reduce(
+        p.count, none, [&](std::ptrdiff_t i) { return std::isfinite(norm(force_[i])) ? none : i; },
+        [](std::ptrdiff_t& least, std::ptrdiff_t one) { least = std::min(least, one); });
+    if (endless < none) {
+        report.flag(Fault::not_finite, static_cast<int>(endless));
+        return report;
+    }
+    find_moments(f);
+    return report;
+}
+
+/// Of the stresses and the loads.
+template <int D>
+void ParticleForces<D>::find_moments(const Mat<D>* f)
+{
+    std::copy_n(load_moment_.data(), s_.particles.count, moment_.data());
     if (has_averages())
         spread_averages(f);
     else
-        parallel_for_each(p.count, [&](std::ptrdiff_t i) { moment_[i] -= stress_[i]; });
-    return report;
+        parallel_for_each(s_.particles.count, [&](std::ptrdiff_t i) { moment_[i] -= stress_[i]; });
+}
+
+/// Of a step f = I, scaled by averages to s I, Pi = V s^(D-1) sigma.
+template <int D>
+void ParticleForces<D>::find_at_start()
+{
+    const ParticleView<D> p = s_.particles.view();
+    parallel_for_each(p.count, [&](std::ptrdiff_t i) { f_[i] = Mat<D>::identity(), u_[i] = {}; });
+    if (has_averages()) average_steps(f_.data());
+    parallel_for_each(p.count, [&](std::ptrdiff_t i) {
+        const double volume = p.V0[i] * det(p.F[i]) * (has_averages() ? std::pow(scale_[i], D - 1) : 1.0);
+        for (int a = 0; a < D; ++a)
+            for (int b = 0; b < D; ++b) stress_[i](a, b) = volume * p.sigma[i](a, b);
+    });
+    find_loads(u_.data(), f_.data(), s_.t);
+    find_moments(f_.data());
 }
 
 template <int D>

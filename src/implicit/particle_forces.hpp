@@ -19,6 +19,8 @@ class ParticleForces {
     /// Sets stresses and loads for displacements u and deformation gradients f of the step, and their derivatives if they are wanted. Body forces
     /// are those of the particles. Returns what went wrong.
     TileReport find(const Vec<D>* u, const Mat<D>* f, bool with_derivatives);
+    /// Sets them to those at the start of the step, by the stresses that particles have.
+    void find_at_start();
 
     /// What particle i leaves at a node: force times phi_ip and moment times grad phi_ip. `load` without stresses.
     const Array<Vec<D>>& force() const { return force_; }
@@ -44,9 +46,10 @@ class ParticleForces {
         std::vector<int> columns;
     };
     bool has_averages() const { return model_.method.averaging != Averaging::none; }
-    Vec<D> traction_on(const Load<D>& load, const FaceShape<D>& face, int i, const Vec<D>& u, const Mat<D>& f) const;
+    Vec<D> traction_on(const Load<D>& load, const FaceShape<D>& face, int i, const Vec<D>& u, const Mat<D>& f, double t) const;
     Mat<D> part_of(const Mat<D>& f) const { return is_middle_ ? 0.5 * (f + Mat<D>::identity()) : f; }
-    void find_loads(const Vec<D>* u, const Mat<D>* f);
+    void find_loads(const Vec<D>* u, const Mat<D>* f, double t);
+    void find_moments(const Mat<D>* f);
     void average_steps(const Mat<D>* f);
     void spread_averages(const Mat<D>* f);
 

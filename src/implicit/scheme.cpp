@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace ordo {
 
@@ -83,6 +84,7 @@ bool Implicit<D>::try_step(State<D>& s, double dt, std::string& why) const
     r.report.dt    = dt;
     s.newton.add(r.report);
     if (!r.report.converged) {
+        if (r.is_singular && is_static(method())) require_held(s, step);
         why = r.why + blame(s, step, r.missing);
         return false;
     }
@@ -99,7 +101,11 @@ std::string Implicit<D>::blame(State<D>& s, const StepEquations<D>& step, const 
         return fmt::format("particle {} of body {} at {}, law {}", p.id[i], p.body[i], place_text(p.x[i]),
                                    model().materials[p.material[i]].law->name);
     };
-    if (step.report().fault != Fault::none) return fmt::format(" ({})", particle(step.report().particle));
+    if (const Fault fault = step.report().fault; fault != Fault::none)
+        return fmt::format(" ({}: {})", particle(step.report().particle),
+                           fault == Fault::inverted     ? "turns over"
+                           : fault == Fault::not_finite ? "its stress or a load on it is not finite"
+                                                        : "its law has no stress");
     std::size_t worst = residual.size();
     double most       = 0.0;
     for (std::size_t k = 0; k < residual.size(); ++k)
@@ -125,6 +131,39 @@ std::string Implicit<D>::blame(State<D>& s, const StepEquations<D>& step, const 
                        particle(own));
 }
 
+/// Throws NumericalError for bodies, and others that share nodes with them, of which no condition and no obstacle holds a node: no part of a load step
+/// has a solution.
+template <int D>
+void Implicit<D>::require_held(State<D>& s, const StepEquations<D>& step) const
+{
+    const Particles<D>& p = s.particles;
+    const auto bodies     = static_cast<std::size_t>(*std::max_element(p.body.begin(), p.body.end()) + 1);
+    std::vector<int> group(bodies), body_at(step.held().size() / D + 1, -1);
+    std::iota(group.begin(), group.end(), 0);
+    const Sweep<D> view = sweep(s, nullptr, 0.0);
+    std::vector<NodeWeight<D>> weights;
+    for (int i = 0; i < p.count; ++i) {
+        passes().list_weights(view, i, weights);
+        for (const NodeWeight<D>& w : weights) {
+            const int row = step.rows().row(w.node);
+            if (row <= 0 || w.value == 0.0) continue;
+            int& there = body_at[row];
+            if (there < 0) there = p.body[i];
+            const int from = group[p.body[i]], to = group[there];
+            if (from != to) std::replace(group.begin(), group.end(), from, to);
+        }
+    }
+    std::vector<unsigned char> is_held(bodies, 0);
+    for (std::size_t row = 1; row < body_at.size(); ++row)
+        if (body_at[row] >= 0 && step.holds(static_cast<int>(row))) is_held[group[body_at[row]]] = 1;
+    for (int i = 0; i < p.count; ++i)
+        if (!is_held[group[p.body[i]]])
+            throw NumericalError(fmt::format(
+                "step {}, t = {:.6g} s: nothing holds body {}, so that it has no equilibrium: no boundary has a node of it{}",
+                s.n, s.t, p.body[i],
+                model().obstacles.empty() ? "" : ", and it touches no obstacle: place it on one, to a billionth of a cell"));
+}
+
 /// Moves the particles: velocities, deformation and stresses, positions.
 template <int D>
 void Implicit<D>::finish(State<D>& s, StepEquations<D>& step, const std::vector<double>& u, const std::vector<double>& missing,
@@ -139,12 +178,11 @@ void Implicit<D>::finish(State<D>& s, StepEquations<D>& step, const std::vector<
         step.set_velocities(u, nodes);
         gather(s, passes().update_velocity, nodes, dt);
     }
-    if (method().scheme == TimeScheme::newmark) step.sample_accelerations(u);
     step.set_mean_velocities(u, nodes);
     deform(s, passes().deform, nodes, dt);
     if (passes().move) gather(s, passes().move, nodes, dt);
     if (passes().move_corners) move_corners(s, nodes, dt);
-    if (!is_static(method())) step.set_velocities(u, nodes);  // what outputs of nodes show
+    step.set_velocities(u, nodes);  // what outputs of nodes show
     step.finish_contact();
     this->advance_time(s, dt);
     s.t_v = s.t_F = s.t;
@@ -158,28 +196,28 @@ void Implicit<D>::account_for(State<D>& s, StepEquations<D>& step, const std::ve
     Lanes* nodes = s.field.nodes.data();
     make_room(s.forces, s.field.nodes.size());
     make_room(s.load_nodes, s.field.nodes.size());
-    step.set_forces(s.forces.data(), false);
+    step.set_mean_forces(s.forces.data(), false);
     step.add_penalty_forces(u, s.forces.data());  // its work counts as the stresses': what particles do not store
-    step.set_forces(s.load_nodes.data(), true);
+    step.set_mean_forces(s.load_nodes.data(), true);
     if (is_static(method()))
         step.set_mean_velocities(u, nodes);
     else
         step.set_velocities(u, nodes);
-    auto add = [&](const auto& momentum) {
-        add_kick(s, model().gravity, dt, nodes, s.forces.data(), s.load_nodes.data(), momentum);
+    const bool is_consistent = method().mass == MassMatrix::consistent;
+    if (is_consistent) mass_solver().multiply_solution(s, sweep(s, nullptr, 0.0), nodes);
+    auto momentum = [&](std::ptrdiff_t i) {
+        return is_consistent ? s.field.mass.q[s.field.mass.rows.row(i)] : nodes[i] * nodes[i][NodeLane::mass];
     };
-    if (method().mass == MassMatrix::consistent) {
-        mass_solver().multiply_solution(s, sweep(s, nullptr, 0.0), nodes);
-        add([&](std::ptrdiff_t i) { return s.field.mass.q[s.field.mass.rows.row(i)]; });
-    } else {
-        add([&](std::ptrdiff_t i) { return nodes[i] * nodes[i][NodeLane::mass]; });
-    }
+    add_kick(s, model().gravity, dt, nodes, s.forces.data(), s.load_nodes.data(), momentum);
     for (ExchangeParts& e : s.account.of_boundaries)  // forces are those of the last part of a step
         for (ExactSum& f : e.force) f.clear();
     const ExchangeSums<D> sums(&s.account.of_boundaries, dt);
     s.field.constraints.add_impulses(model().conditions, {s.t + dt, dt}, sums, [&](std::ptrdiff_t node, int a) {
-        const int row = step.rows().row(node);
-        return row > 0 && step.rows().node(row) == node ? -dt * missing[step.unknown(row, a)] : 0.0;
+        const int row       = step.rows().row(node);
+        const std::size_t k = row > 0 ? step.unknown(row, a) : 0;
+        return row > 0 && step.rows().node(row) == node
+                   ? step.impulse_of_condition(k, missing[k], momentum(node)[NodeLane::increment + a])
+                   : 0.0;
     });
 }
 
@@ -187,8 +225,7 @@ template <int D>
 void require_implicit_model(const Model<D>& model)
 {
     auto refuse = [](const std::string& what) {
-        throw InputError(
-            fmt::format("method: scheme midpoint, newmark or static does not take {} yet: take scheme usl or musl", what));
+        throw InputError(fmt::format("scheme midpoint, newmark or static does not take {} yet: take scheme usl or musl", what));
     };
     for (const ContactPair<D>& pair : model.contacts)
         if (pair.obstacle < 0) refuse("[[contact]]");

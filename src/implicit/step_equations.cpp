@@ -41,25 +41,26 @@ StepEquations<D>::StepEquations(const Model<D>& model, const Passes<D>& passes, 
     f_ = Array<Mat<D>>(n), d_moment_ = Array<Mat<D>>(n);
     make_room(nodes_, s.field.nodes.size());
     s.field.mass.is_formed = false;
-    project(s.particles.v, velocity_);
+    project_velocities();
     find_held();
     fit_guess();
     start_.assign(size(), 0.0);
-    obstacles_.emplace(model, s, rows_, dt, kContactStiffness);
-    if (method().scheme == TimeScheme::midpoint) {
-        inertia_ = 2 / (dt * dt);
+    if (!is_static(method()))
         for (std::size_t k = 0; k < size(); ++k) start_[k] = dt * velocity_[k];
-    } else if (method().scheme == TimeScheme::newmark) {
-        inertia_ = 1 / (method().newmark_beta * dt * dt);
-        if (s.n == 0 && std::none_of(s.newton.of_step.begin(), s.newton.of_step.end(),
-                                     [](const NewtonReport& part) { return part.converged; }))
-            find_first_accelerations();
-        project(s.particles.a, acceleration_);
-        for (std::size_t k = 0; k < size(); ++k) {
-            if (held_[k]) acceleration_[k] = 0.0;
-            start_[k] = dt * velocity_[k] + dt * dt * (0.5 - method().newmark_beta) * acceleration_[k];
-        }
+    if (is_middle_) inertia_ = 2 / (dt * dt);
+    if (is_newmark()) {
+        const double beta = newmark_beta_of(method());
+        end_part_         = method().newmark_gamma;
+        inertia_          = 1 / (beta * dt * dt);
+        start_factor_     = (0.5 - beta) / beta;
+        for (std::size_t k = 0; k < size(); ++k)
+            if (held_[k]) start_[k] = known_[k] - 0.5 * dt * known_change_[k];
     }
+    obstacles_.emplace(model, s, rows_, dt, kContactStiffness, end_part_);
+    if (is_newmark()) find_start_forces();
+    largest_modulus_ = parallel_reduce(
+        s.particles.count, 0.0, [&](std::ptrdiff_t i) { return model_.materials[s_.particles.material[i]].p_wave_modulus(); },
+        [](double& largest, double one) { largest = std::max(largest, one); });
     find_penalty();
 }
 
@@ -83,21 +84,20 @@ void StepEquations<D>::scatter(typename Passes<D>::Scatter pass, const Sweep<D>&
     s_.field.halo.add(view.nodes, 0, NodeLane::end);
 }
 
-/// Sets `out` to the projection of vectors of the particles; the first of a step numbers the rows and finds their masses and the guess.
+/// Sets velocity_ to the projection of those of the particles. Numbers the rows and finds their masses and the guess.
 template <int D>
-void StepEquations<D>::project(const Array<Vec<D>>& of, Vector& out)
+void StepEquations<D>::project_velocities()
 {
-    Lanes* nodes  = s_.field.nodes.data();
-    Sweep<D> view = sweep(nodes);
-    view.p.v      = const_cast<Vec<D>*>(of.data());
+    Lanes* nodes        = s_.field.nodes.data();
+    const Sweep<D> view = sweep(nodes);
     scatter(passes_.project, view);
-    if (mass_.empty()) number_rows(nodes);
+    number_rows(nodes);
     if (method().mass == MassMatrix::consistent)
         mass_solver_.solve(s_, view, nodes, s_.field.known.data(), MassSolver<D>::kVelocity);
     else
         momenta_to_velocities(nodes, s_.field.tiles);
-    out.resize(mass_.size() * D);
-    for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) { out[k] = nodes[node][NodeLane::velocity + a]; });
+    velocity_.resize(mass_.size() * D);
+    for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) { velocity_[k] = nodes[node][NodeLane::velocity + a]; });
 }
 
 template <int D>
@@ -169,27 +169,32 @@ void StepEquations<D>::keep_load_step(std::span<const double> u) const
     }
 }
 
-/// Those of the particles at the start of a run, by the lumped mass.
 template <int D>
-void StepEquations<D>::find_first_accelerations()
+void StepEquations<D>::find_start_forces()
 {
-    const Vector none(size(), 0.0);
-    Vector force(size());
-    find_residual(none, force, false);  // start_ is 0 so far
-    for (std::size_t k = 0; k < size(); ++k) force[k] = held_[k] ? 0.0 : force[k] / mass_[k / D];
-    sample(force, s_.particles.a, f_);
+    if (!s_.particles.b.empty()) set_body_forces_(s_, s_.t);
+    forces_.find_at_start();
+    for (Vector* one : {&start_nodal_force_, &start_load_}) {
+        one->resize(size());
+        set_forces(nodes_.data(), one == &start_load_);
+        for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) { (*one)[k] = nodes_[node][NodeLane::increment + a]; });
+    }
+    start_force_ = start_nodal_force_;
+    for_each_unknown([&](std::size_t k, std::ptrdiff_t, int a) { start_force_[k] += mass_[k / D] * model_.gravity[a]; });
+    obstacles_->add_start_forces(start_force_);
 }
 
-/// Fixed components have no velocity before the step either.
+/// Fixed components have no velocity before the step either. Others have with scheme newmark the accelerations of what they are given, so that
+/// c (u - start) = a' + k a in the inertia of coupled nodes.
 template <int D>
 void StepEquations<D>::find_held()
 {
     held_.assign(velocity_.size(), 0);
     known_.assign(velocity_.size(), 0.0);
-    known_velocity_ = known_;
-    auto for_each   = [&](const Moment& when, const auto& f) {
+    known_velocity_ = known_change_ = known_;
+    auto for_each                   = [&](const Moment& when, const auto& f) {
         s_.field.constraints.for_each_velocity(model_.conditions, when,
-                                                 [&](std::ptrdiff_t node, int a, bool is_prescribed, double v) {
+                                                                 [&](std::ptrdiff_t node, int a, bool is_prescribed, double v) {
                                                    const int row = rows_.row(node);
                                                    if (row > 0 && rows_.node(row) == node) f(unknown(row, a), is_prescribed, v);
                                                });
@@ -200,6 +205,7 @@ void StepEquations<D>::find_held()
         if (!is_prescribed) velocity_[k] = 0.0;
     });
     for_each({s_.t + dt_, dt_}, [&](std::size_t k, bool, double v) { known_velocity_[k] = v; });
+    if (is_newmark()) for_each({s_.t, dt_}, [&](std::size_t k, bool, double v) { known_change_[k] = known_velocity_[k] - v; });
 }
 
 template <int D>
@@ -223,7 +229,8 @@ void StepEquations<D>::find_penalty()
         }
     }
     for (std::size_t row = 1; row < n; ++row) modulus[row] = volume[row] > 0 ? modulus[row] / volume[row] : 0.0;
-    penalty_ = JumpPenalty<D>(s_.lattice, rows_, factor, kLeastFilled, filled, modulus);
+    penalty_ = JumpPenalty<D>(s_.lattice, rows_, factor, kLeastFilled, filled, modulus,
+                              [&](int row, int a) { return held_[unknown(row, a)] != 0; });
 }
 
 template <int D>
@@ -291,11 +298,15 @@ bool StepEquations<D>::find_residual(std::span<const double> u, std::span<double
     for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) {
         rest[k] = (has_loads ? nodes_[node][NodeLane::increment + a] : 0.0) + mass_[k / D] * model_.gravity[a];
     });
-    force_ = std::max(force_, length_of(rest));
-    find_rounding(u);
+    force_   = std::max(force_, length_of(rest));
+    largest_ = 0.0;
+    for (const double one : u) largest_ = std::max(largest_, std::fabs(one));
+    rounding_ = std::sqrt(static_cast<double>(size())) * rounding_of(largest_modulus_, largest_mass_);
+    penalty_.subtract_product(u.data(), r.data());
+    end_force_.assign(r.begin(), r.end());
+    if (is_newmark()) add_multiple(r, start_factor_, start_force_);
     for (std::size_t k = 0; k < size(); ++k) rest[k] = u[k] - start_[k];
     subtract_inertia(rest, r, inertia_);
-    penalty_.subtract_product(u.data(), r.data());
     return true;
 }
 
@@ -304,22 +315,41 @@ void StepEquations<D>::add_penalty_forces(std::span<const double> u, Lanes* node
 {
     Vector force(size(), 0.0);
     penalty_.subtract_product(u.data(), force.data());
-    for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) { nodes[node][NodeLane::increment + a] += force[k]; });
+    for_each_unknown(
+        [&](std::size_t k, std::ptrdiff_t node, int a) { nodes[node][NodeLane::increment + a] += end_part_ * force[k]; });
 }
 
-/// What displacements leave of a residual by rounding: in deformation gradients, which stiffness multiplies, and in inertia.
+/// What displacements leave of a residual by rounding, N: in deformation gradients, which stiffness multiplies, and in inertia.
 template <int D>
-void StepEquations<D>::find_rounding(std::span<const double> u)
+double StepEquations<D>::rounding_of(double modulus, double mass) const
 {
-    double largest = 0.0, modulus = 0.0, volume = 1.0;
-    for (const double one : u) largest = std::max(largest, std::fabs(one));
-    for (const Material& m : model_.materials) modulus = std::max(modulus, m.p_wave_modulus());
+    double volume = 1.0;
     for (int a = 0; a < D; ++a) volume *= model_.h[a];
-    const double h     = *std::min_element(model_.h.c, model_.h.c + D);
-    const double roots = std::sqrt(static_cast<double>(size()));
-    rounding_          = 16 * std::numeric_limits<double>::epsilon() * roots *
-                ((h + largest) * modulus * volume / (h * h) + largest * inertia_ * largest_mass_);
-    if (is_middle_) rounding_ += kEnergyRounding * roots * modulus * volume / h;
+    const double h = *std::min_element(model_.h.c, model_.h.c + D);
+    const double r =
+        16 * std::numeric_limits<double>::epsilon() * ((h + largest_) * modulus * volume / (h * h) + largest_ * inertia_ * mass);
+    return is_middle_ ? r + kEnergyRounding * modulus * volume / h : r;
+}
+
+template <int D>
+bool StepEquations<D>::may_be_rounding(std::span<const double> residual)
+{
+    constexpr double deviations = 4.0;  // of single nodes from the mean
+    if (modulus_.empty()) {
+        modulus_.assign(mass_.size(), 0.0);
+        const Sweep<D> view = sweep(nullptr);
+        std::vector<NodeWeight<D>> weights;
+        for (int i = 0; i < s_.particles.count; ++i) {
+            const double own = model_.materials[s_.particles.material[i]].p_wave_modulus();
+            passes_.list_weights(view, i, weights);
+            for (const NodeWeight<D>& w : weights)
+                if (const int row = rows_.row(w.node); row > 0) modulus_[row - 1] = std::max(modulus_[row - 1], own);
+        }
+    }
+    bool r = true;
+    for (std::size_t k = 0; k < size(); ++k)
+        r = r && (held_[k] || std::fabs(residual[k]) <= deviations * rounding_of(modulus_[k / D], mass_[k / D]));
+    return r;
 }
 
 template <int D>
@@ -329,6 +359,34 @@ void StepEquations<D>::set_forces(Lanes* nodes, bool loads_alone)
     view.p.traction        = const_cast<Vec<D>*>(forces_.force().data());
     view.p.traction_moment = const_cast<Mat<D>*>(loads_alone ? forces_.load_moment().data() : forces_.moment().data());
     scatter(passes_.surface_force, view);
+}
+
+template <int D>
+void StepEquations<D>::set_mean_forces(Lanes* nodes, bool loads_alone)
+{
+    set_forces(nodes, loads_alone);
+    if (!is_newmark()) return;
+    const Vector& start = loads_alone ? start_load_ : start_nodal_force_;
+    for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) {
+        double& force = nodes[node][NodeLane::increment + a];
+        force         = end_part_ * force + (1 - end_part_) * start[k];
+    });
+}
+
+template <int D>
+double StepEquations<D>::impulse_of_condition(std::size_t k, double residual, double momentum) const
+{
+    if (is_static(method())) return -dt_ * residual;
+    const double start = is_newmark() ? (1 - end_part_) * start_force_[k] : 0.0;
+    return momentum - dt_ * (end_part_ * end_force_[k] + start);
+}
+
+template <int D>
+bool StepEquations<D>::holds(int row) const
+{
+    bool r = obstacles_->acts_on(row);
+    for (int a = 0; a < D; ++a) r = r || held_[unknown(row, a)] != 0;
+    return r;
 }
 
 template <int D>
@@ -379,8 +437,9 @@ SparseRows<Mat<D>> StepEquations<D>::matrix()
     if (!tangent_matrix_) tangent_matrix_.emplace(sweep(nullptr), passes_, rows_, method().averaging != Averaging::none);
     tangent_matrix_->add_stiffness(forces_, block_rows_);
     add_mass();
-    penalty_.for_each_entry(
-        [&](int row, int column, double value) { block_rows_.at(row - 1, column - 1) += value * Mat<D>::identity(); });
+    penalty_.for_each_entry([&](int row, int column, const Vec<D>& value) {
+        for (int a = 0; a < D; ++a) block_rows_.at(row - 1, column - 1)(a, a) += value[a];
+    });
     obstacles_->for_each_entry([&](int row, int column, const Mat<D>& block) { block_rows_.at(row - 1, column - 1) += block; });
     return block_rows_.matrix();
 }
@@ -401,15 +460,18 @@ std::vector<Index<D>> StepEquations<D>::places() const
 template <int D>
 void StepEquations<D>::set_velocities(std::span<const double> u, Lanes* nodes) const
 {
-    const double gamma = method().newmark_gamma, beta = method().newmark_beta;
+    const double gamma = method().newmark_gamma, beta = newmark_beta_of(method());
     for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) {
         double after = 0.0;
-        if (held_[k])
+        if (is_static(method()))
+            after = 0.0;
+        else if (held_[k])
             after = known_velocity_[k];
         else if (is_middle_)
             after = 2 * u[k] / dt_ - velocity_[k];
         else
-            after = velocity_[k] + dt_ * ((1 - gamma) * acceleration_[k] + gamma * (u[k] - start_[k]) / (beta * dt_ * dt_));
+            after = velocity_[k] + gamma / (beta * dt_) * (u[k] - start_[k]) +
+                    dt_ * (1 - gamma / (2 * beta)) * start_force_[k] / mass_[k / D];
         nodes[node][NodeLane::velocity + a]  = after;
         nodes[node][NodeLane::increment + a] = after - velocity_[k];
     });
@@ -424,14 +486,6 @@ void StepEquations<D>::set_mean_velocities(std::span<const double> u, Lanes* nod
         nodes[node][NodeLane::increment + a] = 0.0;
     });
     s_.field.halo.copy(nodes);
-}
-
-template <int D>
-void StepEquations<D>::sample_accelerations(std::span<const double> u)
-{
-    Vector after(size());
-    for (std::size_t k = 0; k < size(); ++k) after[k] = held_[k] ? 0.0 : (u[k] - start_[k]) * inertia_;
-    sample(after, s_.particles.a, f_);
 }
 
 template class StepEquations<1>;

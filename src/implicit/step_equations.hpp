@@ -16,9 +16,9 @@
 
 namespace ordo {
 
-/// r(u) = f_ext - f_int(u) - c M (u - start) - G u = 0 for the unknowns that no condition holds. f are forces at the end of the step, or with
-/// scheme midpoint those that act in its middle. Unknown D k + a is component a of row k + 1. The functions of nodes are those of the start of
-/// the step, x_n.
+/// r(u) = f_ext - f_int(u) - c M (u - dt v) + k f_n - G u = 0 for the unknowns that no condition holds. f are forces at the end of the step, or
+/// with scheme midpoint those that act in its middle; f_n those at the start, with scheme newmark. Unknown D k + a is component a of row k + 1. The
+/// functions of nodes are those of the start of the step, x_n.
 template <int D>
 class StepEquations {
   public:
@@ -26,12 +26,14 @@ class StepEquations {
     /// Sets the body forces of all particles, at their positions, at a time.
     using SetBodyForces = std::function<void(State<D>&, double t)>;
 
-    /// Projects masses, velocities and, with scheme newmark, accelerations to the nodes. Arguments must outlive the object.
+    /// Projects masses and velocities to the nodes. Arguments must outlive the object.
     StepEquations(const Model<D>& model, const Passes<D>& passes, const MassSolver<D>& mass_solver, State<D>& s, double dt,
                   SetBodyForces set_body_forces);
 
     std::size_t size() const { return held_.size(); }
     const std::vector<unsigned char>& held() const { return held_; }
+    /// Whether a condition or an obstacle acts on the node of a row at the last residual.
+    bool holds(int row) const;
     /// The displacements of held unknowns in the step, m; others are 0.
     const Vector& known() const { return known_; }
     /// Where to begin: the displacements by velocities of the lumped mass, which are bounded by those of the particles, or those of the last load
@@ -44,8 +46,10 @@ class StepEquations {
     const TileReport& report() const { return report_; }
     /// The largest norm of forces there, reactions included, N: what residuals are compared with.
     double force() const { return force_; }
-    /// What rounding may leave of the last residual, N.
+    /// What rounding may leave of the last residual, N ..
     double rounding() const { return rounding_; }
+    /// .. and whether it may leave this one at each node that no condition holds, with the stiffness of the particles there.
+    bool may_be_rounding(std::span<const double> residual);
 
     /// y = -dr/du x, at the last residual with derivatives, in all unknowns.
     void multiply(std::span<const double> x, std::span<double> y);
@@ -61,10 +65,10 @@ class StepEquations {
     void set_velocities(std::span<const double> u, Lanes* nodes) const;
     /// .. or both to the mean velocity of the step and zero.
     void set_mean_velocities(std::span<const double> u, Lanes* nodes) const;
-    /// With scheme newmark: sets those of the particles after the step, m/s^2.
-    void sample_accelerations(std::span<const double> u);
-    /// Forces without gravity at the last residual, or loads alone, in the increment lanes of `nodes`, N.
-    void set_forces(Lanes* nodes, bool loads_alone);
+    /// Sets the increment lanes of `nodes` to forces without gravity, or loads alone, over the step up to the last residual, N.
+    void set_mean_forces(Lanes* nodes, bool loads_alone);
+    /// The impulse of a condition at a held unknown, for the residual and the change of momentum there, N s.
+    double impulse_of_condition(std::size_t k, double residual, double momentum) const;
     /// Adds those of the ghost penalty.
     void add_penalty_forces(std::span<const double> u, Lanes* nodes) const;
 
@@ -82,14 +86,16 @@ class StepEquations {
     Sweep<D> sweep(Lanes* nodes) const;
     const MethodSpec& method() const { return model_.method; }
     void scatter(typename Passes<D>::Scatter pass, const Sweep<D>& view);
-    void project(const Array<Vec<D>>& of, Vector& out);
+    void project_velocities();
     void number_rows(const Lanes* nodes);
+    bool is_newmark() const { return method().scheme == TimeScheme::newmark; }
     void fit_guess();
+    void find_start_forces();
+    void set_forces(Lanes* nodes, bool loads_alone);
+    double rounding_of(double modulus, double mass) const;
     int row_at(Index<D> node) const;
     void find_held();
-    void find_first_accelerations();
     void find_penalty();
-    void find_rounding(std::span<const double> u);
     void add_mass();
     void sample(std::span<const double> x, Array<Vec<D>>& value, Array<Mat<D>>& gradient);
     void put(std::span<const double> x, Lanes* nodes, int lane) const;
@@ -110,7 +116,10 @@ class StepEquations {
     bool is_middle_;
     SetBodyForces set_body_forces_;
     NodeRows<D> rows_;
-    Vector mass_, velocity_, acceleration_, start_, guess_, known_, known_velocity_;
+    Vector mass_, velocity_, start_, guess_, known_, known_velocity_, known_change_;
+    Vector end_force_;  ///< at the last residual, without inertia, N
+    // With scheme newmark those at the start of the step: all, without gravity and obstacles, and loads alone.
+    Vector start_force_, start_nodal_force_, start_load_;
     std::vector<unsigned char> held_;
     ParticleForces<D> forces_;
     BlockRows<D> block_rows_;
@@ -121,7 +130,9 @@ class StepEquations {
     Array<Vec<D>> u_, d_force_, moved_;
     Array<Mat<D>> f_, d_moment_;
     TileReport report_;
-    double force_ = 0.0, rounding_ = 0.0, largest_mass_ = 0.0;
+    Vector modulus_;  ///< of the stiffest particle at each row, once needed, Pa
+    double force_ = 0.0, rounding_ = 0.0, largest_ = 0.0, largest_mass_ = 0.0, largest_modulus_ = 0.0;
+    double end_part_ = 1.0, start_factor_ = 0.0;  ///< of f at the end in the mean force; k
 };
 
 }  // namespace ordo

@@ -1,9 +1,12 @@
 #include "io/history.hpp"
 
+#include "base/error.hpp"
 #include "method/diagnostics.hpp"
 #include "method/energy_account.hpp"
 
 #include <fmt/format.h>
+
+#include <algorithm>
 
 namespace ordo::io {
 
@@ -45,6 +48,13 @@ History<D>::History(const CaseInput& input, const Model<D>& model)
         add_vector(o.name + "_velocity");
         add_vector(o.name + "_rotation");
     }
+    std::vector<std::string> sorted = columns_;
+    std::sort(sorted.begin(), sorted.end());
+    if (const auto twice = std::adjacent_find(sorted.begin(), sorted.end()); twice != sorted.end())
+        throw InputError(
+            fmt::format("history.csv would have two columns {}; rename the boundary, traction, contact, obstacle or body "
+                        "that one of them is called after",
+                        *twice));
 }
 
 template <int D>

@@ -75,6 +75,7 @@ struct KeyInfo {
     std::string default_text         = {};  ///< shown in the reference if the default is derived
     bool required                    = false;
     bool per_axis                    = false;  ///< as many values as the grid has dimensions; a single number is repeated
+    bool is_vector                   = false;  ///< with per_axis: no single number but 0, which would act along all axes
     double min                       = -std::numeric_limits<double>::infinity();
     double max                       = std::numeric_limits<double>::infinity();
     bool open_min                    = false;  ///< min itself is excluded
@@ -147,6 +148,8 @@ struct ValueReader {
         } else if (info.per_axis) {
             T value{};
             read(node, value);
+            if (info.is_vector && dim > 1 && node.value<double>() != 0.0)
+                fail(place, path, fmt::format("is a vector and must have {} values, one per axis (got one)", dim));
             out.assign(repeats_scalar<T>() ? static_cast<std::size_t>(dim) : 1, value);
         } else {
             read(node, out.emplace_back());

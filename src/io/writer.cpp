@@ -300,7 +300,7 @@ std::string Writer<D>::particle_line(const Probe& probe, const State<D>& s) cons
 template <int D>
 void Writer<D>::frame(State<D>& s)
 {
-    if (written_.frame_step == s.n) return;
+    if (written_.frame_step == s.n && last_frame_ == s.t) return;  // parts of an implicit step that failed are no step
     const std::size_t number = written_.frames.size();
     const bool has_grid      = input_.output.grid && s.n > 0;
     std::filesystem::path file;

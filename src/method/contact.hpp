@@ -49,6 +49,7 @@ struct TiedPoint {
     int face = 0;
     std::array<double, Face<D>::max_corners> weight{};
     Vec<D> normal{};  ///< of an obstacle, at the start; in place of a face
+    Vec<D> shift{};   ///< whole periods from the point to where it meets the obstacle, m
 };
 
 /// Two surfaces in contact, or one and an obstacle.
@@ -76,6 +77,7 @@ struct ContactPoint {
     int face = 0;                              ///< of the other surface; -1 on an obstacle
     std::array<double, max_corners> weight{};  ///< of its corners: the foot
     Vec<D> x{};                                ///< m
+    Vec<D> at{};                               ///< the same, on an obstacle by whole periods where it meets it, m
     Vec<D> normal{};                           ///< of length 1, out of the other surface
     double gap  = 0.0;                         ///< m; negative: overlap
     double area = 0.0;                         ///< half of the point's share of its faces, all of it on an obstacle, m^(D-1)

@@ -279,10 +279,12 @@ ContactPoint<D> point_of(const TiedPoint<D>& tied, bool on_faces, PlacedSurface<
         slave.normals();
         const auto at = slave.sample(tied.key.of, face_points<D>(outline.faces[tied.key.of].count)[tied.key.ordinal]);
         r.x           = at.x;
+        r.at          = r.x + tied.shift;
         r.area        = part * at.area;
         return r;
     }
-    r.x = slave.x()[tied.key.of];
+    r.x  = slave.x()[tied.key.of];
+    r.at = r.x + tied.shift;
     for (int i = outline.first[tied.key.of]; i < outline.first[tied.key.of + 1]; ++i) {
         const auto [face, corner] = outline.around[i];
         const auto own            = outline.corners_of(face, slave.x().data());
@@ -394,11 +396,28 @@ class ObstacleFinder {
         return r;
     }
 
+    /// How deep the particles of a body are in it, at most, m.
+    double depth_of(const Particles<D>& p, int body) const
+    {
+        double r = 0.0;
+        Extent<D> one;
+        for (int i = 0; i < p.count; ++i) {
+            if (p.body[i] != body) continue;
+            one.low = one.high = p.x[i];
+            if (const auto foot = nearest(p.x[i], nullptr, shifts_of(one))) r = std::max(r, -foot->gap);
+        }
+        return r;
+    }
+
   private:
-    static ContactPoint<D> point_at(const ContactKey& key, const Vec<D>& x, double area, const Clearance<D>& foot)
+    struct Foot : Clearance<D> {
+        Vec<D> shift;  ///< of the point to where it has this foot, m
+    };
+    static ContactPoint<D> point_at(const ContactKey& key, const Vec<D>& x, double area, const Foot& foot)
     {
         ContactPoint<D> r{.key = key, .face = -1, .weight = {}};
         r.x      = x;
+        r.at     = x + foot.shift;
         r.normal = foot.normal;
         r.gap    = foot.gap;
         r.area   = area;
@@ -410,10 +429,9 @@ class ObstacleFinder {
         const double fast = dt_ * (norm(motion_.velocity) + norm(motion_.spin) * norm(bounds_.upper - bounds_.lower));
         return shifts_between(extent, Extent<D>{bounds_.lower, bounds_.upper}, reach_ + more + fast, period_);
     }
-    std::optional<Clearance<D>> nearest(const Vec<D>& x, const Vec<D>* n, const std::vector<Vec<D>>& shifts,
-                                        double more = 0.0) const
+    std::optional<Foot> nearest(const Vec<D>& x, const Vec<D>* n, const std::vector<Vec<D>>& shifts, double more = 0.0) const
     {
-        std::optional<Clearance<D>> best;
+        std::optional<Foot> best;
         for (const Vec<D>& shift : shifts) {
             const Vec<D> at    = x + shift;
             const double reach = more + reach_ + dt_ * norm(velocity_at(motion_, at));
@@ -422,7 +440,7 @@ class ObstacleFinder {
                 is_near = is_near && at[a] >= bounds_.lower[a] - reach && at[a] <= bounds_.upper[a] + reach;
             if (!is_near) continue;
             const auto one = clearance(obstacle_, motion_, at, n, reach);
-            if (one && (!best || std::fabs(one->gap) < std::fabs(best->gap))) best = one;
+            if (one && (!best || std::fabs(one->gap) < std::fabs(best->gap))) best = Foot{*one, shift};
         }
         return best;
     }
@@ -623,53 +641,65 @@ std::vector<ContactPoint<D>> find_contact_points(const Model<D>& model, const St
 
 template <int D>
 std::vector<TiedPoint<D>> find_tied_points(const ContactPair<D>& pair, int number, const std::vector<ContactSurface<D>>& surfaces,
-                                           const std::vector<std::vector<Vec<D>>>& vertices, double distance)
+                                           const std::vector<std::vector<Vec<D>>>& vertices, double distance,
+                                           const Vec<D>& period)
 {
     std::vector<TiedPoint<D>> r;
     for (int side = 0; side < 2; ++side) {
         const int own = pair.surface[side], other = pair.surface[1 - side];
         PlacedSurface<D> slave(surfaces[own].outline, vertices[own]), master(surfaces[other].outline, vertices[other]);
-        const PointFinder<D> finder(slave, master, pair.on_faces, distance);
-        for (const ContactPoint<D>& one : finder.all(number, side)) r.push_back({one.key, one.face, one.weight, {}});
+        const PointFinder<D> finder(slave, master, pair.on_faces, distance, period);
+        for (const ContactPoint<D>& one : finder.all(number, side)) r.push_back({one.key, one.face, one.weight, {}, {}});
     }
     return r;
 }
 
 template <int D>
 std::vector<TiedPoint<D>> find_tied_points(int number, bool on_faces, const Obstacle<D>& obstacle,
-                                           const ContactSurface<D>& surface, const std::vector<Vec<D>>& vertices, double distance)
+                                           const ContactSurface<D>& surface, const std::vector<Vec<D>>& vertices, double distance,
+                                           const Vec<D>& period)
 {
     const ObstacleMotion<D> start = start_of(obstacle, 0.0);
     std::vector<TiedPoint<D>> r;
     PlacedSurface<D> placed(surface.outline, vertices);
-    for (const ContactPoint<D>& one : ObstacleFinder<D>(obstacle, start, distance, 0.0).all(number, placed, on_faces))
-        if (std::fabs(one.gap) <= distance) r.push_back({one.key, -1, {}, one.normal});
+    for (const ContactPoint<D>& one : ObstacleFinder<D>(obstacle, start, distance, 0.0, period).all(number, placed, on_faces))
+        if (std::fabs(one.gap) <= distance) r.push_back({one.key, -1, {}, one.normal, one.at - one.x});
     return r;
 }
 
 template <int D>
-double depth_in(const Obstacle<D>& obstacle, const ContactSurface<D>& surface, const std::vector<Vec<D>>& vertices, double reach)
+double depth_in(const Obstacle<D>& obstacle, const ContactSurface<D>& surface, const std::vector<Vec<D>>& vertices, double reach,
+                const Vec<D>& period)
 {
     const ObstacleMotion<D> start = start_of(obstacle, 0.0);
     double r                      = 0.0;
     PlacedSurface<D> placed(surface.outline, vertices);
-    for (const ContactPoint<D>& one : ObstacleFinder<D>(obstacle, start, reach, 0.0).all(0, placed)) r = std::max(r, -one.gap);
+    for (const ContactPoint<D>& one : ObstacleFinder<D>(obstacle, start, reach, 0.0, period).all(0, placed))
+        r = std::max(r, -one.gap);
     return r;
 }
 
-#define ORDO_CONTACT_POINTS(D)                                                                                             \
-    template Vec<D> period_of(const Model<D>&);                                                                            \
-    template ContactSurface<D> surface_of(int, const CellMesh<D>&, const Particles<D>&, int, const Vec<D>&);               \
-    template void find_planes_of_symmetry(const Model<D>&, const CellMesh<D>&, ContactSurface<D>&);                        \
-    template void keep_planes_of_symmetry(const std::vector<Condition<D>>&, ContactSurface<D>&);                           \
-    template std::vector<Vec<D>> vertices_of(const ContactSurface<D>&, const Model<D>&, const State<D>&);                  \
-    template std::vector<ContactPoint<D>> find_contact_points(const Model<D>&, const State<D>&,                            \
-                                                              const std::vector<std::vector<Vec<D>>>&, double);            \
-    template std::vector<TiedPoint<D>> find_tied_points(const ContactPair<D>&, int, const std::vector<ContactSurface<D>>&, \
-                                                        const std::vector<std::vector<Vec<D>>>&, double);                  \
-    template std::vector<TiedPoint<D>> find_tied_points(int, bool, const Obstacle<D>&, const ContactSurface<D>&,           \
-                                                        const std::vector<Vec<D>>&, double);                               \
-    template double depth_in(const Obstacle<D>&, const ContactSurface<D>&, const std::vector<Vec<D>>&, double);
+template <int D>
+double depth_in(const Obstacle<D>& obstacle, const Particles<D>& p, int body, double reach, const Vec<D>& period)
+{
+    const ObstacleMotion<D> start = start_of(obstacle, 0.0);
+    return ObstacleFinder<D>(obstacle, start, reach, 0.0, period).depth_of(p, body);
+}
+
+#define ORDO_CONTACT_POINTS(D)                                                                                                 \
+    template Vec<D> period_of(const Model<D>&);                                                                                \
+    template ContactSurface<D> surface_of(int, const CellMesh<D>&, const Particles<D>&, int, const Vec<D>&);                   \
+    template void find_planes_of_symmetry(const Model<D>&, const CellMesh<D>&, ContactSurface<D>&);                            \
+    template void keep_planes_of_symmetry(const std::vector<Condition<D>>&, ContactSurface<D>&);                               \
+    template std::vector<Vec<D>> vertices_of(const ContactSurface<D>&, const Model<D>&, const State<D>&);                      \
+    template std::vector<ContactPoint<D>> find_contact_points(const Model<D>&, const State<D>&,                                \
+                                                              const std::vector<std::vector<Vec<D>>>&, double);                \
+    template std::vector<TiedPoint<D>> find_tied_points(const ContactPair<D>&, int, const std::vector<ContactSurface<D>>&,     \
+                                                        const std::vector<std::vector<Vec<D>>>&, double, const Vec<D>&);       \
+    template std::vector<TiedPoint<D>> find_tied_points(int, bool, const Obstacle<D>&, const ContactSurface<D>&,               \
+                                                        const std::vector<Vec<D>>&, double, const Vec<D>&);                    \
+    template double depth_in(const Obstacle<D>&, const ContactSurface<D>&, const std::vector<Vec<D>>&, double, const Vec<D>&); \
+    template double depth_in(const Obstacle<D>&, const Particles<D>&, int, double, const Vec<D>&);
 ORDO_CONTACT_POINTS(2)
 ORDO_CONTACT_POINTS(3)
 #undef ORDO_CONTACT_POINTS

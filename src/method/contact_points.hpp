@@ -37,16 +37,20 @@ std::vector<ContactPoint<D>> find_contact_points(const Model<D>& model, const St
 /// The vertices that touch the other surface of a pair to within `distance`, m, with their feet.
 template <int D>
 std::vector<TiedPoint<D>> find_tied_points(const ContactPair<D>& pair, int number, const std::vector<ContactSurface<D>>& surfaces,
-                                           const std::vector<std::vector<Vec<D>>>& vertices, double distance);
+                                           const std::vector<std::vector<Vec<D>>>& vertices, double distance,
+                                           const Vec<D>& period);
 
 /// The same on an obstacle, at the start.
 template <int D>
 std::vector<TiedPoint<D>> find_tied_points(int number, bool on_faces, const Obstacle<D>& obstacle,
-                                           const ContactSurface<D>& surface, const std::vector<Vec<D>>& vertices,
-                                           double distance);
+                                           const ContactSurface<D>& surface, const std::vector<Vec<D>>& vertices, double distance,
+                                           const Vec<D>& period);
 
-/// How deep the vertices of a surface are in an obstacle at the start, at most, m.
+/// How deep the vertices of a surface, or the particles of a body, are in an obstacle at the start, at most, m.
 template <int D>
-double depth_in(const Obstacle<D>& obstacle, const ContactSurface<D>& surface, const std::vector<Vec<D>>& vertices, double reach);
+double depth_in(const Obstacle<D>& obstacle, const ContactSurface<D>& surface, const std::vector<Vec<D>>& vertices, double reach,
+                const Vec<D>& period);
+template <int D>
+double depth_in(const Obstacle<D>& obstacle, const Particles<D>& p, int body, double reach, const Vec<D>& period);
 
 }  // namespace ordo

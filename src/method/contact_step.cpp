@@ -274,7 +274,7 @@ class Meeting {
         parallel_for_each(count(points_), [&](std::ptrdiff_t q) {
             u[q] = {};
             for_each_row(q, [&](int row, double weight) { u[q] += weight * v[row]; });
-            if (const int k = obstacle_of(points_[q]); k >= 0) u[q] -= velocity_at(of_obstacles[k], points_[q].x);
+            if (const int k = obstacle_of(points_[q]); k >= 0) u[q] -= velocity_at(of_obstacles[k], points_[q].at);
         });
     }
 
@@ -299,7 +299,7 @@ class Meeting {
     };
     Yield yield_of(const ContactPoint<D>& point, int k) const
     {
-        const Vec<3> r = padded(point.x - s_.contacts.obstacles[k].center), n = padded(point.normal);
+        const Vec<3> r = padded(point.at - s_.contacts.obstacles[k].center), n = padded(point.normal);
         auto turned = [&](const Vec<3>& e) { return dot(cross(r, e), inertias_[k].inverse * cross(r, e)); };
         Yield y;
         double most = 0.0, all = 0.0;
@@ -377,20 +377,32 @@ class Meeting {
         }
     }
 
+    /// The largest D along a tangent: they differ where conditions hold some components of nodes, and the mean would correct too much
+    /// along one. In 3D by the invariants of diag(D) between tangents.
+    static double largest_along(const Vec<D>& n, const Vec<D>& d, double across)
+    {
+        double sum = -across;
+        for (int a = 0; a < D; ++a) sum += d[a];
+        if (D == 2 || (d[0] == d[1] && d[1] == d[D - 1])) return sum / (D - 1);
+        double squares = 0.0;
+        for (int a = 0; a < D; ++a)
+            for (int b = 0; b < D; ++b) {
+                const double tangent = (a == b ? 1.0 : 0.0) - n[a] * n[b];
+                squares += d[a] * d[b] * tangent * tangent;
+            }
+        return 0.5 * (sum + std::sqrt(std::max(0.0, 2 * squares - sum * sum)));
+    }
     /// Changes the impulse of point q in a sweep. Returns the change of the impulse, N s.
     Vec<D> correct(std::ptrdiff_t q, const Vec<D>& u)
     {
         ContactPoint<D>& point     = points_[q];
         const ContactPair<D>& pair = pair_of(point);
         const Vec<D>&n = point.normal, &d = resistance_[q];
-        double across = 0.0, all = 0.0;  // D along the normal, and the sum of D along all axes
-        for (int a = 0; a < D; ++a) {
-            across += n[a] * n[a] * d[a];
-            all += d[a];
-        }
-        const double along = (all - across) / (D - 1) + of_obstacles_[q].along;
+        double across = 0.0;  // D along the normal
+        for (int a = 0; a < D; ++a) across += n[a] * n[a] * d[a];
+        const double along = largest_along(n, d, across) + of_obstacles_[q].along;
         across += of_obstacles_[q].across;
-        all = across + (D - 1) * along;
+        const double all = across + (D - 1) * along;
         if (!(all > 0)) return {};
         const double u_n = dot(u, n), p = point.p;
         const Vec<D> u_t = u - u_n * n, t = point.t;
@@ -435,7 +447,7 @@ class Meeting {
             const int k = obstacle_of(points_[q]);
             if (k < 0 || !inertias_[k].is_moved) continue;
             impulse[k] -= change[q];
-            moment[k] -= cross(padded(points_[q].x - s_.contacts.obstacles[k].center), padded(change[q]));
+            moment[k] -= cross(padded(points_[q].at - s_.contacts.obstacles[k].center), padded(change[q]));
         }
         for (std::size_t k = 0; k < inertias_.size(); ++k) {
             ObstacleMotion<D>& motion = s_.contacts.obstacles[k];
@@ -472,8 +484,8 @@ class Meeting {
                 to.moment += cross(padded(point.x), force);
             } else {
                 ObstacleMotion<D>& motion = s_.contacts.obstacles[k];
-                to.moment += cross(padded(point.x - motion.center), force);
-                motion.work -= 0.5 * dot(impulse, velocity_at(motions_before_[k], point.x) + velocity_at(motion, point.x));
+                to.moment += cross(padded(point.at - motion.center), force);
+                motion.work -= 0.5 * dot(impulse, velocity_at(motions_before_[k], point.at) + velocity_at(motion, point.at));
             }
             to.dissipated -= point.area * point.p * dot(point.normal, mean);
             to.friction -= point.area * dot(point.t, mean);

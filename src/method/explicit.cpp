@@ -260,8 +260,7 @@ const Lanes* Explicit<D>::find_load_forces(State<D>& s, const Lanes* nodes) cons
     else
         scatter(s, passes().force, loads, NodeLane::increment, NodeLane::volume);
     std::swap(sigma, s.no_stress);
-    if (is_of_points && !model().tractions.empty())
-        scatter(s, passes().surface_force, loads, NodeLane::increment, NodeLane::volume);
+    if (is_of_points) add_surface_forces(s, loads);
     return loads;
 }
 
@@ -427,7 +426,16 @@ void Explicit<D>::add_forces(State<D>& s, Lanes* nodes, bool has_points) const
     } else {
         scatter_points(s, passes().force_points, nodes, force, NodeLane::volume);
     }
-    if (!model().tractions.empty()) scatter(s, passes().surface_force, nodes, force, NodeLane::volume);
+    add_surface_forces(s, nodes);
+}
+
+/// To those of the points of quadratures, which the margin has already given to the nodes that it repeats.
+template <int D>
+void Explicit<D>::add_surface_forces(State<D>& s, Lanes* nodes) const
+{
+    if (model().tractions.empty()) return;
+    s.field.halo.clear(nodes, NodeLane::increment, NodeLane::volume);
+    scatter(s, passes().surface_force, nodes, NodeLane::increment, NodeLane::volume);
 }
 
 /// Sets the stresses that forces come from, if they are not those of the laws.

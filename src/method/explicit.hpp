@@ -63,6 +63,7 @@ class Explicit final : public PassScheme<D> {
     void find_momenta(State<D>& s, Lanes* nodes) const;
     bool find_momenta_and_forces(State<D>& s, Lanes* nodes, const Kick& by) const;
     void add_forces(State<D>& s, Lanes* nodes, bool has_points) const;
+    void add_surface_forces(State<D>& s, Lanes* nodes) const;
     void find_force_stress(State<D>& s) const;
     void fit_cells(State<D>& s) const;
     void report_projection(State<D>& s, const Lanes* nodes, bool has_velocities) const;

@@ -1,5 +1,9 @@
 #include "method/obstacle.hpp"
 
+#include "base/error.hpp"
+
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -66,6 +70,13 @@ Vec<D> velocity_at(const ObstacleMotion<D>& motion, const Vec<D>& x)
 }
 
 template <int D>
+Vec<D> displacement_at(const ObstacleMotion<D>& motion, const Vec<D>& x, double dt)
+{
+    const Mat<3> turned = rotation_of(turn_by(dt * motion.spin)) - Mat<3>::identity();
+    return dt * motion.velocity + first_components<D>(turned * padded(x - motion.center));
+}
+
+template <int D>
 std::optional<Clearance<D>> clearance(const Obstacle<D>& obstacle, const ObstacleMotion<D>& motion, const Vec<D>& x,
                                       const Vec<D>* n, double reach)
 {
@@ -110,6 +121,9 @@ void kick(const std::vector<Obstacle<D>>& obstacles, std::vector<ObstacleMotion<
         const ObstacleMotion<D> is = start_of(o, t);
         for (int a = 0; a < D; ++a) motion.velocity[a] = o.is_free(a) ? motion.velocity[a] + dt * gravity[a] : is.velocity[a];
         if (!o.turns_freely()) motion.spin = is.spin;
+        if (!std::isfinite(norm(motion.velocity) + norm(motion.spin)))
+            throw NumericalError(
+                fmt::format("t = {:.6g} s: the velocity or rotation of obstacle \"{}\" is not a finite number", t, o.name));
     }
 }
 
@@ -142,6 +156,7 @@ void move(const std::vector<Obstacle<D>>& obstacles, const std::vector<ContactPa
 #define ORDO_OBSTACLE(D)                                                                                                       \
     template ObstacleMotion<D> start_of(const Obstacle<D>&, double);                                                           \
     template Vec<D> velocity_at(const ObstacleMotion<D>&, const Vec<D>&);                                                      \
+    template Vec<D> displacement_at(const ObstacleMotion<D>&, const Vec<D>&, double);                                          \
     template std::optional<Clearance<D>> clearance(const Obstacle<D>&, const ObstacleMotion<D>&, const Vec<D>&, const Vec<D>*, \
                                                    double);                                                                    \
     template Mat<3> inverse_inertia(const Obstacle<D>&, const ObstacleMotion<D>&);                                             \

@@ -41,6 +41,10 @@ ObstacleMotion<D> start_of(const Obstacle<D>& obstacle, double t);
 template <int D>
 Vec<D> velocity_at(const ObstacleMotion<D>& motion, const Vec<D>& x);
 
+/// Of the same point, its displacement by `move`, m.
+template <int D>
+Vec<D> displacement_at(const ObstacleMotion<D>& motion, const Vec<D>& x, double dt);
+
 /// The nearest part of its surface, see shape/solid.hpp.
 template <int D>
 std::optional<Clearance<D>> clearance(const Obstacle<D>& obstacle, const ObstacleMotion<D>& motion, const Vec<D>& x,

@@ -60,7 +60,7 @@ struct MethodSpec {
     double null_damping            = 0.01;
     double linear_viscosity        = 0.0;
     double quadratic_viscosity     = 0.0;
-    double newmark_beta            = 0.25;
+    double newmark_beta            = -1.0;  ///< negative: of newmark_gamma, see newmark_beta_of
     double newmark_gamma           = 0.5;
     double newton_tolerance        = 1e-9;
     double newton_iterations       = 30;
@@ -89,11 +89,13 @@ inline bool is_implicit(const MethodSpec& s)
 inline bool is_static(const MethodSpec& s) { return s.scheme == TimeScheme::quasi_static; }
 /// Of implicit schemes.
 inline double ghost_penalty_of(const MethodSpec& s) { return s.ghost_penalty >= 0 ? s.ghost_penalty : 0.001; }
-/// Lumped rows take energy from the midpoint rule, which is stable without; explicit steps, and the accelerations of newmark, need them.
-inline double lump_below_of(const MethodSpec& s)
+/// The largest that damps short waves most (Hughes, The Finite Element Method, sec. 9.3).
+inline double newmark_beta_of(const MethodSpec& s)
 {
-    return s.lump_below >= 0 ? s.lump_below : s.scheme == TimeScheme::midpoint ? 0.0 : 0.3;
+    return s.newmark_beta >= 0 ? s.newmark_beta : 0.25 * (s.newmark_gamma + 0.5) * (s.newmark_gamma + 0.5);
 }
+/// Lumped rows take energy from implicit steps, which are stable without; explicit steps need them.
+inline double lump_below_of(const MethodSpec& s) { return s.lump_below >= 0 ? s.lump_below : is_implicit(s) ? 0.0 : 0.3; }
 /// The degree of the splines; 1 for hats.
 inline int degree_of(Basis basis)
 {

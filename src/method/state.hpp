@@ -400,7 +400,6 @@ FieldGroups field_groups(const Model<D>& model)
     g.traction        = !model.tractions.empty();
     g.gradient        = carries_gradient(model.method);
     g.modes           = model.method.projection == Projection::polynomial;
-    g.acceleration    = model.method.scheme == TimeScheme::newmark;
     g.corner_samples  = g.cells && model.method.samples == Samples::corners;
     g.corner_velocity = g.corner_samples || keeps_corner_velocity(model.method);
     for (int a = 0; a < D; ++a) g.periodic = g.periodic || model.periodic[a];

@@ -221,7 +221,7 @@ constexpr Setting kSettings[] = {
     Setting{"filter_every", &MethodSpec::filter_every, 1, 1e9, "steps from one filtering to the next", true},
     Setting{"a0", &MethodSpec::a0, 0, 1, "ddmpm: weight of the plain gradient in the middle of a cell"},
     Setting{"lump_below", &MethodSpec::lump_below, 0, 1, "consistent mass: nodes with a filled fraction below this are lumped",
-            false, "0.3, 0 with scheme midpoint"},
+            false, "0.3, 0 with implicit schemes"},
     Setting{"stretch_limit", &MethodSpec::stretch_limit, 0, 30,
             "parallelepiped: largest distance of a corner from the particle, cells; wider domains are scaled down (Homel et al. "
             "2016); 0: no limit"},
@@ -237,7 +237,9 @@ constexpr Setting kSettings[] = {
             "Landshoff's artificial viscosity, pressure rho c h |tr d| in compression; 0.06 is usual for shocks"},
     Setting{"quadratic_viscosity", &MethodSpec::quadratic_viscosity, 0, 10,
             "that of von Neumann and Richtmyer, the root of the factor of rho h^2 (tr d)^2; 1.5 is usual for shocks"},
-    Setting{"newmark_beta", &MethodSpec::newmark_beta, 0.01, 1, "newmark: part of the new acceleration in displacements"},
+    Setting{"newmark_beta", &MethodSpec::newmark_beta, 0.25, 1,
+            "newmark: part of the new acceleration in displacements; at least newmark_gamma/2", false,
+            "(newmark_gamma + 1/2)^2/4"},
     Setting{"newmark_gamma", &MethodSpec::newmark_gamma, 0.5, 1,
             "newmark: part of the new acceleration in velocities; above 0.5 damps, of first order"},
     Setting{"newton_tolerance", &MethodSpec::newton_tolerance, 1e-14, 1e-2,
@@ -328,7 +330,7 @@ const std::vector<Rule>& rules()
          "update polypic without projection polynomial, or the reverse",
          "the update computes the polynomials that the projection spreads"},
         {[](const MethodSpec& s) { return s.strain_velocity >= 0 && !updates_stress_last(s); },
-         "strain_velocity with scheme usf, rk3 or rk4",
+         "strain_velocity with a scheme other than usl and musl",
          "it blends the velocities of usl and musl, and these schemes have one velocity for the strain: use scheme usl or musl"},
         {[](const MethodSpec& s) {
              return is_implicit(s) && (s.basis == Basis::ddmpm || has_enrichment(s) || s.weights == CornerWeights::mean);
@@ -343,7 +345,7 @@ const std::vector<Rule>& rules()
          "scheme midpoint, newmark or static with a projection other than mass, a quadrature other than particle, a gradient "
          "other than shape, an update other than flip, a filter or artificial viscosity",
          "the equations of an implicit step have forces that are the derivatives of an energy, and gradients that are their "
-         "transpose: take the plain choices of these axes"},
+         "transpose: take the plain choices of these axes, as presets mpm, cpgimp, cpdi1, cpdi2 and bscpdi2 have them"},
         {[](const MethodSpec& s) { return is_implicit(s) && (s.start != Start::leapfrog || s.stretch_limit > 0); },
          "scheme midpoint, newmark or static with start plain or stretch_limit",
          "their velocities are those at the times of positions, and their domains follow all of the deformation"},
@@ -351,10 +353,11 @@ const std::vector<Rule>& rules()
          "scheme static with mass consistent or pic_fraction", "equilibrium has no inertia and no velocities"},
         {[](const MethodSpec& s) {
              const MethodSpec usual;
-             return s.scheme != TimeScheme::newmark &&
-                    (s.newmark_beta != usual.newmark_beta || s.newmark_gamma != usual.newmark_gamma);
+             return s.scheme != TimeScheme::newmark && (s.newmark_beta >= 0 || s.newmark_gamma != usual.newmark_gamma);
          },
          "newmark_beta or newmark_gamma with a scheme other than newmark", "they are parameters of scheme newmark"},
+        {[](const MethodSpec& s) { return newmark_beta_of(s) < 0.5 * s.newmark_gamma; }, "newmark_beta below newmark_gamma/2",
+         "only small steps are stable with it: leave newmark_beta out, or raise it"},
         {[](const MethodSpec& s) {
              const MethodSpec usual;
              return !is_implicit(s) &&

@@ -55,7 +55,6 @@ struct Modes {
     FIELD(double, q, shock)                      /* artificial pressure, Pa */                    \
     FIELD(double, q_work, shock)                 /* lost by it per initial volume, J/m^D */       \
     FIELD(Mat<D>, L, gradient)                   /* velocities around it: v + L (x - x_p), 1/s */ \
-    FIELD(Vec<D>, a, acceleration)               /* acceleration at t_n, m/s^2 */                 \
     FIELD(Modes<D>, modes, modes)                /* the same of higher degree, see Modes */       \
     FIELD(std::int32_t, samples, corner_samples) /* bit c: corner c counts for this cell */       \
     FIELD(Turns<D>, turns, periodic)             /* periods travelled along each axis */
@@ -71,7 +70,6 @@ struct FieldGroups {
     bool averaged                    = false;
     bool shock                       = false;
     bool gradient                    = false;
-    bool acceleration                = false;
     bool modes                       = false;
     bool corner_samples              = false;
     bool corner_velocity             = false;  ///< a field of corners, not of particles

@@ -56,9 +56,11 @@ void require_bodies(CaseSpec<D>& spec)
     }
 }
 
-void require_damping(const Damping& d)
+void require_damping(const Damping& d, const MethodSpec& method)
 {
     auto fail = [](const char* key, const std::string& why) { throw SetupError(Part::damping, 0, key, why); };
+    if (d.type != DampingType::none && is_static(method))
+        fail("type", "has no meaning with scheme static, which has no motion to damp; remove it");
     if (d.type == DampingType::local && !(d.factor > 0 && d.factor <= 1))
         fail("factor", fmt::format("must be above 0 and at most 1 (got {})", d.factor));
     if (d.type == DampingType::viscous && !(d.rate > 0 && std::isfinite(d.rate)))
@@ -285,8 +287,8 @@ Built<D> build(CaseSpec<D> spec, double most_particles, const Share& share)
     require_materials(spec);
     require_bodies(spec);
     require_faces(spec.tractions, spec.bodies);
-    require_damping(spec.damping);
-    for (const StageSpec& stage : spec.stages) require_damping(stage.damping);
+    require_damping(spec.damping, spec.method);
+    for (const StageSpec& stage : spec.stages) require_damping(stage.damping, spec.method);
     Model<D> model               = model_of(spec);
     std::vector<Stage<D>> stages = stages_of(spec, model);
     if (!stages.empty()) {

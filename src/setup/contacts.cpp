@@ -30,7 +30,7 @@ const char* refusal_of_contact(const MethodSpec& m, int dim, bool with_obstacles
         return "needs particles with corners, whose faces meet: use cpdi1, cpdi2 or another method with domain parallelepiped, "
                "cell or simplex";
     if (has_enrichment(m)) return "cannot be with enriched corners, which bodies share: use cpdi2";
-    if (m.mass == MassMatrix::consistent)
+    if (m.mass == MassMatrix::consistent && !is_implicit(m))
         return "cannot be with a consistent mass matrix: impulses act on the masses of single nodes; set mass = \"lumped\"";
     if (m.quadrature != Quadrature::particle || m.projection == Projection::tls || m.gradient == Gradient::adjoint)
         return "cannot be with fits in the cells of the grid, which all bodies in a cell share: set "
@@ -198,7 +198,7 @@ void find_surfaces(const std::vector<CellMesh<D>>& meshes, const std::vector<int
             if (pair.obstacle >= 0)
                 settle_on_obstacle(model, static_cast<int>(k), vertices);
             else if (pair.type == ContactType::tied)
-                pair.tied = find_tied_points(pair, static_cast<int>(k), model.surfaces, vertices, 0.05 * h);
+                pair.tied = find_tied_points(pair, static_cast<int>(k), model.surfaces, vertices, 0.05 * h, period_of(model));
         }
     }
 }

@@ -193,6 +193,14 @@ void note_locking(const CaseSpec<D>& spec, std::vector<std::string>& notes)
     }
 }
 
+template <int D>
+void note_lost_velocities(const CaseSpec<D>& spec, std::vector<std::string>& notes)
+{
+    for (const BodySpec<D>& b : spec.bodies)
+        if (is_static(spec.method) && !is_zero<D>(b.velocity))
+            notes.push_back(fmt::format("the velocity of body \"{}\" has no effect with scheme static", b.name));
+}
+
 }  // namespace
 
 template <int D>
@@ -205,6 +213,7 @@ std::vector<std::string> notes_on(const CaseSpec<D>& spec, const std::vector<See
     note_bodies_that_pass(spec, model, notes);
     note_stairs_in_contact(spec, model, notes);
     note_locking(spec, notes);
+    note_lost_velocities(spec, notes);
     return notes;
 }
 

@@ -90,6 +90,9 @@ Obstacle<D> obstacle_of(const ObstacleSpec<D>& spec, std::size_t k, const Model<
         if (r.turns_freely() && !f.is_constant())
             fail(k, "rotation",
                  "must be numbers with mass, for it is that at the start; to prescribe it, name \"rotation\" in held");
+    for (const Field& f : spec.spin)
+        if (std::holds_alternative<HalfSpace<D>>(r.solid) && model.periodic != Vec<D, bool>{} && !f.is_zero())
+            fail(k, "rotation", "turns a half-space into a periodic axis, where it would have an end; use a box");
     const ObstacleMotion<D> start = start_of(r, 0.0);
     require_finite(start.velocity, Part::obstacle, static_cast<int>(k), "velocity", r.center);
     for (int a = 0; a < 3; ++a)
@@ -148,8 +151,10 @@ void settle_on_obstacle(Model<D>& model, int k, const std::vector<std::vector<Ve
         const Obstacle<D>& obstacle = model.obstacles[pair.obstacle];
         const auto& surface         = model.surfaces[pair.surface[0]];
         const auto& x               = vertices[pair.surface[0]];
-        if (const double depth = depth_in(obstacle, surface, x, h); depth > kDeep * h) fail_deep(pair.body, obstacle.name, depth);
-        if (pair.type == ContactType::tied) pair.tied = find_tied_points(k, pair.on_faces, obstacle, surface, x, 0.05 * h);
+        if (const double depth = depth_in(obstacle, surface, x, h, period_of(model)); depth > kDeep * h)
+            fail_deep(pair.body, obstacle.name, depth);
+        if (pair.type == ContactType::tied)
+            pair.tied = find_tied_points(k, pair.on_faces, obstacle, surface, x, 0.05 * h, period_of(model));
     }
 }
 
@@ -159,15 +164,9 @@ void require_outside_obstacles(const Particles<D>& p, const Model<D>& model, Ran
     const double h = *std::min_element(model.h.c, model.h.c + D);
     for (const ContactPair<D>& pair : model.contacts) {
         if (pair.obstacle < 0) continue;
-        const Obstacle<D>& obstacle   = model.obstacles[pair.obstacle];
-        const ObstacleMotion<D> start = start_of(obstacle, 0.0);
-        double depth                  = 0.0;
-        for (int i = 0; i < p.count; ++i) {
-            if (p.body[i] != pair.body) continue;
-            const auto foot = clearance(obstacle, start, p.x[i], static_cast<const Vec<D>*>(nullptr), 2 * h);
-            if (foot) depth = std::max(depth, -foot->gap);
-        }
-        depth = largest(ranks, depth);
+        const Obstacle<D>& obstacle = model.obstacles[pair.obstacle];
+        double depth                = 0.0;
+        if constexpr (D > 1) depth = largest(ranks, depth_in(obstacle, p, pair.body, 2 * h, period_of(model)));
         if (depth > kDeep * h) fail_deep(pair.body, obstacle.name, depth);
     }
 }

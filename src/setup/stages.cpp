@@ -140,6 +140,15 @@ bool changes(const Field& f, const Stage<D>& stage, const Model<D>& model)
     return false;
 }
 
+/// Whether a velocity is not zero there.
+template <int D>
+bool moves(const Field& f, const Stage<D>& stage, const Model<D>& model)
+{
+    Vec<D> x{};
+    for (int a = 0; a < D; ++a) x[a] = model.origin[a] + 0.4 * model.cells[a] * model.h[a];
+    return f({padded(x), padded(x), 0.5 * (stage.start + stage.end)}) != 0 || changes(f, stage, model);
+}
+
 /// A stage that ends at rest needs something that moves it and stays the same: else it ends before a load has grown, and the jump of
 /// the clock would leave out what a boundary still has to go.
 template <int D>
@@ -147,6 +156,8 @@ void require_steady(const CaseSpec<D>& spec, const Model<D>& model, int number, 
                     const std::set<int>& removed)
 {
     if (!(stage.residual > 0)) return;
+    if (is_static(spec.method))
+        fail(number, "residual", "has no meaning with scheme static, whose states are all at rest; give the duration alone");
     auto refuse = [&](std::string_view what, const std::string& name) {
         fail(number, "residual",
              fmt::format(
@@ -165,8 +176,14 @@ void require_steady(const CaseSpec<D>& spec, const Model<D>& model, int number, 
              "is relative to gravity and body forces, and no body of this stage has any; give the duration alone");
     for (const Condition<D>& b : stage.conditions)
         for (const auto& value : b.value)
-            if (value && changes(*value, stage, model))
-                refuse("boundary", spec.boundaries[static_cast<std::size_t>(b.boundary)].name);
+            if (value && (changes(*value, stage, model) || (b.type == ConditionType::velocity && moves(*value, stage, model))))
+                refuse("the place of boundary", spec.boundaries[static_cast<std::size_t>(b.boundary)].name);
+    for (const Obstacle<D>& o : model.obstacles) {
+        bool is_moved = o.is_moved();
+        for (const Field& f : o.velocity) is_moved = is_moved || moves(f, stage, model);
+        for (const Field& f : o.spin) is_moved = is_moved || moves(f, stage, model);
+        if (is_moved) refuse("the place of obstacle", o.name);
+    }
     for (const Wall<D>& w : stage.walls)
         for (const Field& f : w.velocity)
             if (!f.is_zero()) refuse("the place of wall", spec.boundaries[static_cast<std::size_t>(w.boundary)].name);
