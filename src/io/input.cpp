@@ -286,10 +286,10 @@ const Section<BodyInput>& body_section()
                     .what = "particles in a whole cell (4 in 2D is 2 x 2), or one number per axis", .default_text = "2 per axis",
                     .per_axis = true, .min = 1, .max = 1000}},
                 {&BodyInput::velocity, {.name = "velocity",
-                    .what = "initial velocity", .unit = "m/s", .default_text = "0 per axis", .per_axis = true, .is_vector = true}},
+                    .what = "initial velocity", .unit = "m/s", .default_text = "0 per axis", .per_axis = true}},
                 {&BodyInput::body_force, {.name = "body_force",
                     .what = "force per mass, in addition to gravity; may use the initial position X, Y, Z", .unit = "m/s^2",
-                    .default_text = "0 per axis", .per_axis = true, .is_vector = true}},
+                    .default_text = "0 per axis", .per_axis = true}},
                 {&BodyInput::k0, {.name = "k0",
                     .what = "stress at the start: along the axis of gravity the weight above, across it k0 times that; for laws that carry "
                             "elastic strain or stress (docs/stages.md)",
@@ -347,7 +347,7 @@ const Section<BoundaryInput>& boundary_section()
             {&BoundaryInput::value, {.name = "value",
                 .what = "type velocity: velocity per axis; type displacement: displacement per axis since t = 0, m, a function of t; "
                         "\"free\" leaves an axis alone. Type wall: its velocity, a function of t; the wall moves with it",
-                .unit = "m/s", .per_axis = true, .is_vector = true}},
+                .unit = "m/s", .per_axis = true}},
             {&BoundaryInput::stages, {.name = "stages",
                 .what = "names of the [[stage]]s in which it acts; a wall moves in these only, and is in its first place when it comes back",
                 .default_text = "all"}}}};
@@ -476,7 +476,7 @@ const Section<ObstacleInput>& obstacle_section()
                     .what = "factor on the coordinates of the file, such as 0.001 for millimetres", .default_text = "1.0", .min = 0, .open_min = true}},
                 {&ObstacleInput::velocity, {.name = "velocity",
                     .what = "velocity of the centre, a function of t; with mass that at the start", .unit = "m/s", .default_text = "0 per axis",
-                    .per_axis = true, .is_vector = true}},
+                    .per_axis = true}},
                 {&ObstacleInput::rotation, {.name = "rotation",
                     .what = "angular velocity about the centre, a function of t: one value in 2D, three in 3D; with mass that at the start",
                     .unit = "rad/s", .default_text = "0"}},
@@ -1673,7 +1673,7 @@ std::string reference_page()
     std::string text =
         "# Input reference\n\nWritten by `ordo list input` from the schema in `src/io/input.cpp`. SI units. A number or an "
         "expression of x, y, z, t\n"
-        "(muParser) is allowed where the type says so; unknown keys are errors.\n\n";
+        "(muParser) is allowed where the type says so; of values one per axis a single one counts for all axes, except of gravity; unknown keys are errors.\n\n";
     for (const SectionText& section : input_schema()) text += reference(section);
     return text;
 }

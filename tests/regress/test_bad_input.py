@@ -420,7 +420,6 @@ CASE_FAULTS = [
     ("residual with an obstacle that moves", [("[grid]", "gravity = [0.0, -1.0]\n[grid]"), "[[obstacle]]\nname = 'press'\nshape = 'half-space'\npoint = [0, 0.1]\nnormal = [0, 1]\nvelocity = [0, -0.01]\n", stages(first="duration = 0.005\nresidual = @1e-3")], "stage[0].residual", "obstacle \"press\" changes with time"),
     ("residual with an obstacle that forces move", [("[grid]", "gravity = [0.0, -1.0]\n[grid]"), "[[obstacle]]\nname = 'stone'\nshape = 'ball'\ncenter = [0.5, 0.9]\nradius = 0.05\nmass = 1\n", stages(first="duration = 0.005\nresidual = @1e-3")], "stage[0].residual", "obstacle \"stone\" changes with time"),
     ("gravity along all axes", [("[grid]", "gravity = @-10.0\n[grid]")], "gravity", "is a vector and must have 2 values, one per axis"),
-    ("velocity along all axes", ["velocity = @1.0\n"], "body[0].velocity", "one per axis (got one)"),
     ("residual of one", [stages(first="duration = 0.005\nresidual = @1")], "stage[0].residual", "below 1"),
     ("damping of a stage without its factor", [stages("damping = @'local'")], "stage[1].damping", '"local" needs factor'),
     ("factor of a stage without damping", [stages("factor = @0.7")], "stage[1].factor", 'is of damping "local", not "none"'),

@@ -286,6 +286,10 @@ TEST(Combinations, ForbiddenOnesSayWhy)
         specs.push_back(p.spec);
         specs.back().newmark_beta = 0.3;
         specs.push_back(p.spec);
+        specs.back().scheme        = TimeScheme::newmark;
+        specs.back().newmark_gamma = 0.6;
+        specs.back().newmark_beta  = 0.25;
+        specs.push_back(p.spec);
         specs.back().step_halvings = 3;
         specs.push_back(p.spec);
         specs.back().filter_order = 3;
