@@ -13,15 +13,19 @@ namespace ordo {
 template <int D>
 ObstacleForces<D>::ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness,
                                   double end_part)
-    : model_(model), s_(s), dt_(dt), k_(0.0), end_part_(end_part), first_{0}
+    : model_(model), s_(s), dt_(dt), end_part_(end_part), first_{0}
 {
     if constexpr (D > 1) {
         if (model.obstacles.empty()) return;
         kick(model.obstacles, s.contacts.obstacles, model.gravity, s.t + 0.5 * dt, dt);
-        for (const Material& m : model.materials) k_ = std::max(k_, m.p_wave_modulus());
         const double h = *std::min_element(model.h.c, model.h.c + D);
-        k_ *= stiffness / h;
-        touching_ = 1e-9 * h;
+        touching_      = 1e-9 * h;
+        std::vector<double> modulus;  // of each body
+        for (int i = 0; i < s.particles.count; ++i) {
+            const auto body = static_cast<std::size_t>(s.particles.body[i]);
+            if (body >= modulus.size()) modulus.resize(body + 1, 0.0);
+            modulus[body] = std::max(modulus[body], model.materials[s.particles.material[i]].p_wave_modulus());
+        }
         std::vector<std::vector<Vec<D>>> vertices;
         for (const ContactSurface<D>& surface : model.surfaces) vertices.push_back(vertices_of(surface, model, s));
         points_ = find_contact_points(model, s, vertices, dt);
@@ -45,6 +49,8 @@ ObstacleForces<D>::ObstacleForces(const Model<D>& model, State<D>& s, const Node
                 add_weights(vertices[surface][point.key.of], 1.0);
             }
             first_.push_back(static_cast<int>(weights_.size()));
+            k_.push_back(stiffness / h * modulus[static_cast<std::size_t>(pair_of(point).body)]);
+            obstacle_moves_.push_back(motion_of_obstacle(point));
         }
         moved_.resize(points_.size());
         traction_.resize(points_.size());
@@ -63,9 +69,11 @@ Vec<D> ObstacleForces<D>::motion_of(std::size_t q, std::span<const double> u) co
 }
 
 template <int D>
-Vec<D> ObstacleForces<D>::motion_of_obstacle(std::size_t q) const
+Vec<D> ObstacleForces<D>::motion_of_obstacle(const ContactPoint<D>& point) const
 {
-    return displacement_at(s_.contacts.obstacles[pair_of(points_[q]).obstacle], points_[q].at, dt_);
+    const ObstacleMotion<D>& motion = s_.contacts.obstacles[pair_of(point).obstacle];
+    const Vec<D> way = displacement_at(motion, point.at, dt_), by_velocity = dt_ * velocity_at(motion, point.at);
+    return point.is_tied ? way : way + dot(by_velocity - way, point.normal) * point.normal;
 }
 
 /// The anchor is the slip since a point sticks, of tied points all of their motion.
@@ -75,21 +83,22 @@ auto ObstacleForces<D>::response_to(std::size_t q, const Vec<D>& d) const -> Res
     const ContactPoint<D>& point = points_[q];
     const ContactPair<D>& pair   = pair_of(point);
     const Vec<D>& n              = point.normal;
+    const double k               = k_[q];
     const Mat<D> across = outer(n, n), along = Mat<D>::identity() - across;
-    const double open = point.is_tied ? dot(point.anchor + d, n) : point.gap + dot(d, n), p = -k_ * open;
+    const double open = point.is_tied ? dot(point.anchor + d, n) : point.gap + dot(d, n), p = -k * open;
     const bool presses = point.is_tied || open <= touching_;  // a body that only lies there at first is held too
     if (!presses) return {};
-    if (pair.type == ContactType::frictionless && !point.is_tied) return {p * n, k_ * across};
-    Vec<D> t           = -k_ * (along * (point.anchor + d));
-    Mat<D> K           = k_ * across;
+    if (pair.type == ContactType::frictionless && !point.is_tied) return {p * n, k * across};
+    Vec<D> t           = -k * (along * (point.anchor + d));
+    Mat<D> K           = k * across;
     const double limit = pair.friction * std::max(p, 0.0) + pair.adhesion, size = norm(t);
     const bool grips = point.is_tied || pair.type == ContactType::no_slip || pair.type == ContactType::tied;
     if (grips || size <= limit) {
-        K += k_ * along;
+        K += k * along;
     } else {
         const Vec<D> way = (1 / size) * t;
         t                = limit * way;
-        K += (k_ * limit / size) * (along - outer(way, way)) + pair.friction * k_ * outer(way, n);
+        K += (k * limit / size) * (along - outer(way, way)) + pair.friction * k * outer(way, n);
     }
     return {p * n + t, K};
 }
@@ -105,7 +114,7 @@ template <int D>
 void ObstacleForces<D>::add_forces(std::span<const double> u, std::span<double> r)
 {
     for (std::size_t q = 0; q < points_.size(); ++q) {
-        moved_[q]         = motion_of(q, u) - motion_of_obstacle(q);
+        moved_[q]         = motion_of(q, u) - obstacle_moves_[q];
         const Response of = response_to(q, moved_[q]);
         traction_[q]      = of.traction;
         stiffness_[q]     = points_[q].area * of.stiffness;
@@ -130,15 +139,6 @@ void ObstacleForces<D>::add_product(std::span<const double> x, std::span<double>
     }
 }
 
-template <int D>
-bool ObstacleForces<D>::acts_on(int row) const
-{
-    for (std::size_t q = 0; q < points_.size(); ++q)
-        for (int i = first_[q]; i < first_[q + 1]; ++i)
-            if (weights_[i].row == row && !(stiffness_[q] == Mat<D>{})) return true;
-    return false;
-}
-
 /// A point that slides keeps the part of its slip that its shear stress holds.
 template <int D>
 void ObstacleForces<D>::finish()
@@ -157,21 +157,20 @@ void ObstacleForces<D>::finish()
             motion.exchange.moment += cross(padded(point.at - motion.center), padded(-force));
             motion.exchange.dissipated -= point.area * dot(over, n) * dot(moved_[q], n);
             motion.exchange.friction -= point.area * dot(of_friction, slip);
-            motion.work -= dot(force, motion_of_obstacle(q));
+            motion.work -= dot(force, obstacle_moves_[q]);
             const double p = dot(traction_[q], n);
             const Vec<D> t = traction_[q] - p * n;
-            point.sticks   = p > 0 && norm(t + k_ * (point.anchor + slip - dot(point.anchor, n) * n)) <= 1e-9 * norm(t);
+            point.sticks   = p > 0 && norm(t + k_[q] * (point.anchor + slip - dot(point.anchor, n) * n)) <= 1e-9 * norm(t);
             point.slip     = (1 / dt_) * slip;
-            if (point.is_tied)
-                point.anchor += moved_[q];
-            else
-                point.anchor = (-1 / k_) * t;
+            if (!point.is_tied) point.anchor = (-1 / k_[q]) * t;
             point.p = dt_ * p;
             point.t = dt_ * t;
         }
         s_.contacts.dt     = dt_;
         s_.contacts.points = std::move(points_);
         move(model_.obstacles, model_.contacts, dt_, s_.contacts);
+        for (std::size_t q = 0; q < moved_.size(); ++q)  // at the end of the step, where `move` has turned the anchor
+            if (ContactPoint<D>& point = s_.contacts.points[q]; point.is_tied) point.anchor += moved_[q];
     }
 }
 

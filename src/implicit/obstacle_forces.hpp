@@ -10,7 +10,8 @@
 namespace ordo {
 
 /// Pressure k (-gap) where a point overlaps, shear -k slip up to Coulomb's limit, with k = stiffness M_P/h, M_P the largest P-wave modulus of the
-/// materials. Normals are those at the start of the step. Obstacles move by the velocities of its middle.
+/// body. Normals are those at the start of the step. Obstacles move by the velocities of its middle: a tied point as theirs, of others the way along
+/// the surface is that of the point, and across it that of its velocity, for round surfaces stay where they are when they turn.
 template <int D>
 class ObstacleForces {
   public:
@@ -34,8 +35,13 @@ class ObstacleForces {
                 for (int j = first_[q]; j < first_[q + 1]; ++j)
                     add(weights_[i].row, weights_[j].row, weights_[i].value * weights_[j].value * stiffness_[q]);
     }
-    /// Whether a point that has stiffness at the last forces has weight at the node of a row.
-    bool acts_on(int row) const;
+    /// f(row) for the nodes of points that have stiffness at the last forces, some several times.
+    template <class F>
+    void for_each_row(const F& f) const
+    {
+        for (std::size_t q = 0; q < points_.size(); ++q)
+            for (int i = first_[q]; i < first_[q + 1] && !(stiffness_[q] == Mat<D>{}); ++i) f(weights_[i].row);
+    }
     bool is_empty() const { return points_.empty(); }
 
     /// Leaves points, forces and work in the state, and moves the obstacles.
@@ -54,16 +60,17 @@ class ObstacleForces {
     Response response_to(std::size_t q, const Vec<D>& motion) const;
     void add(std::size_t q, const Vec<D>& force, std::span<double> r) const;
     Vec<D> motion_of(std::size_t q, std::span<const double> u) const;
-    Vec<D> motion_of_obstacle(std::size_t q) const;
+    Vec<D> motion_of_obstacle(const ContactPoint<D>& point) const;
     const ContactPair<D>& pair_of(const ContactPoint<D>& point) const { return model_.contacts[point.key.pair]; }
 
     const Model<D>& model_;
     State<D>& s_;
-    double dt_, k_, end_part_, touching_ = 0.0;  ///< s; Pa/m; 1; the gap, m, that is none
+    double dt_, end_part_, touching_ = 0.0;  ///< s; 1; the gap, m, that is none
     std::vector<ContactPoint<D>> points_;
     std::vector<int> first_;  ///< of each point, and the end of the last: where its weights begin
     std::vector<Weight> weights_;
-    std::vector<Vec<D>> moved_;                      ///< relative to the obstacle in the step, m
+    std::vector<double> k_;                          ///< of each point, Pa/m
+    std::vector<Vec<D>> moved_, obstacle_moves_;     ///< relative to the obstacle in the step, and of the obstacle there, m
     std::vector<Vec<D>> traction_, start_traction_;  ///< Pa
     std::vector<Mat<D>> stiffness_;                  ///< -d force : d motion, N/m
 };

@@ -61,15 +61,13 @@ void Implicit<D>::take_step(State<D>& s, double dt) const
         }
         ++s.newton.halvings;
         if (++halved > static_cast<int>(method().step_halvings))
-            throw NumericalError(
-                fmt::format("step {}, t = {:.6g} s: a step of {:.3g} s has no solution after {} halvings: {}; a smaller time "
-                            "step or load, or more newton_iterations may help",
-                            s.n, s.t, part, halved - 1, why));
+            throw NumericalError(fmt::format("step {}, t = {:.6g} s: a step of {:.3g} s has no solution after {} halvings: {}",
+                                             s.n, s.t, part, halved - 1, why));
         part *= 0.5;
     }
 }
 
-/// Nothing but s.newton changes where it fails.
+/// Where it fails, nothing but s.newton changes that the next try does not set again.
 template <int D>
 bool Implicit<D>::try_step(State<D>& s, double dt, std::string& why) const
 {
@@ -84,8 +82,9 @@ bool Implicit<D>::try_step(State<D>& s, double dt, std::string& why) const
     r.report.dt    = dt;
     s.newton.add(r.report);
     if (!r.report.converged) {
-        if (r.is_singular && is_static(method())) require_held(s, step);
-        why = r.why + blame(s, step, r.missing);
+        why = r.is_singular && is_static(method()) ? loose_body(s, step) : "";
+        if (why.empty())
+            why = r.why + blame(s, step, r.missing) + "; a smaller time step or load, or more newton_iterations may help";
         return false;
     }
     finish(s, step, r.u, r.missing, dt);
@@ -131,14 +130,15 @@ std::string Implicit<D>::blame(State<D>& s, const StepEquations<D>& step, const 
                        particle(own));
 }
 
-/// Throws NumericalError for bodies, and others that share nodes with them, of which no condition and no obstacle holds a node: no part of a load step
-/// has a solution.
+/// What to do about the first body of which no condition and no obstacle holds a node, nor a node of others that share nodes with it; empty if there
+/// is none.
 template <int D>
-void Implicit<D>::require_held(State<D>& s, const StepEquations<D>& step) const
+std::string Implicit<D>::loose_body(State<D>& s, const StepEquations<D>& step) const
 {
-    const Particles<D>& p = s.particles;
-    const auto bodies     = static_cast<std::size_t>(*std::max_element(p.body.begin(), p.body.end()) + 1);
-    std::vector<int> group(bodies), body_at(step.held().size() / D + 1, -1);
+    const Particles<D>& p                      = s.particles;
+    const auto bodies                          = static_cast<std::size_t>(*std::max_element(p.body.begin(), p.body.end()) + 1);
+    const std::vector<unsigned char> held_rows = step.held_rows();
+    std::vector<int> group(bodies), body_at(held_rows.size(), -1);
     std::iota(group.begin(), group.end(), 0);
     const Sweep<D> view = sweep(s, nullptr, 0.0);
     std::vector<NodeWeight<D>> weights;
@@ -155,13 +155,15 @@ void Implicit<D>::require_held(State<D>& s, const StepEquations<D>& step) const
     }
     std::vector<unsigned char> is_held(bodies, 0);
     for (std::size_t row = 1; row < body_at.size(); ++row)
-        if (body_at[row] >= 0 && step.holds(static_cast<int>(row))) is_held[group[body_at[row]]] = 1;
+        if (body_at[row] >= 0 && held_rows[row]) is_held[group[body_at[row]]] = 1;
     for (int i = 0; i < p.count; ++i)
         if (!is_held[group[p.body[i]]])
-            throw NumericalError(fmt::format(
-                "step {}, t = {:.6g} s: nothing holds body {}, so that it has no equilibrium: no boundary has a node of it{}",
-                s.n, s.t, p.body[i],
-                model().obstacles.empty() ? "" : ", and it touches no obstacle: place it on one, to a billionth of a cell"));
+            return fmt::format("nothing holds body {}: no boundary has a node of it{}", p.body[i],
+                               model().obstacles.empty()
+                                   ? "; hold it by one"
+                                   : ", and it touches no obstacle, or those that it touches leave it; hold it by a "
+                                     "boundary, or place it on an obstacle to a billionth of a cell");
+    return "";
 }
 
 /// Moves the particles: velocities, deformation and stresses, positions.

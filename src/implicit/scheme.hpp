@@ -35,7 +35,7 @@ class Implicit final : public PassScheme<D> {
     void account_for(State<D>& s, StepEquations<D>& equations, const std::vector<double>& u, const std::vector<double>& missing,
                      double dt) const;
     std::string blame(State<D>& s, const StepEquations<D>& equations, const std::vector<double>& residual) const;
-    void require_held(State<D>& s, const StepEquations<D>& equations) const;
+    std::string loose_body(State<D>& s, const StepEquations<D>& equations) const;
 };
 
 /// Throws InputError for models that the schemes cannot treat, with the reason.

@@ -46,15 +46,14 @@ StepEquations<D>::StepEquations(const Model<D>& model, const Passes<D>& passes, 
     fit_guess();
     start_.assign(size(), 0.0);
     if (!is_static(method()))
-        for (std::size_t k = 0; k < size(); ++k) start_[k] = dt * velocity_[k];
+        for (std::size_t k = 0; k < size(); ++k)
+            start_[k] = held_[k] ? known_[k] - 0.5 * dt * (known_velocity_[k] - velocity_[k]) : dt * velocity_[k];
     if (is_middle_) inertia_ = 2 / (dt * dt);
     if (is_newmark()) {
         const double beta = newmark_beta_of(method());
         end_part_         = method().newmark_gamma;
         inertia_          = 1 / (beta * dt * dt);
         start_factor_     = (0.5 - beta) / beta;
-        for (std::size_t k = 0; k < size(); ++k)
-            if (held_[k]) start_[k] = known_[k] - 0.5 * dt * known_change_[k];
     }
     obstacles_.emplace(model, s, rows_, dt, kContactStiffness, end_part_);
     if (is_newmark()) find_start_forces();
@@ -184,17 +183,16 @@ void StepEquations<D>::find_start_forces()
     obstacles_->add_start_forces(start_force_);
 }
 
-/// Fixed components have no velocity before the step either. Others have with scheme newmark the accelerations of what they are given, so that
-/// c (u - start) = a' + k a in the inertia of coupled nodes.
+/// Fixed components have no velocity before the step either.
 template <int D>
 void StepEquations<D>::find_held()
 {
     held_.assign(velocity_.size(), 0);
     known_.assign(velocity_.size(), 0.0);
-    known_velocity_ = known_change_ = known_;
-    auto for_each                   = [&](const Moment& when, const auto& f) {
+    known_velocity_ = stopped_ = known_;
+    auto for_each              = [&](const Moment& when, const auto& f) {
         s_.field.constraints.for_each_velocity(model_.conditions, when,
-                                                                 [&](std::ptrdiff_t node, int a, bool is_prescribed, double v) {
+                                                            [&](std::ptrdiff_t node, int a, bool is_prescribed, double v) {
                                                    const int row = rows_.row(node);
                                                    if (row > 0 && rows_.node(row) == node) f(unknown(row, a), is_prescribed, v);
                                                });
@@ -202,10 +200,9 @@ void StepEquations<D>::find_held()
     for_each({s_.t + 0.5 * dt_, dt_}, [&](std::size_t k, bool is_prescribed, double v) {
         held_[k]  = 1;
         known_[k] = dt_ * v;
-        if (!is_prescribed) velocity_[k] = 0.0;
+        if (!is_prescribed) stopped_[k] = std::exchange(velocity_[k], 0.0);
     });
     for_each({s_.t + dt_, dt_}, [&](std::size_t k, bool, double v) { known_velocity_[k] = v; });
-    if (is_newmark()) for_each({s_.t, dt_}, [&](std::size_t k, bool, double v) { known_change_[k] = known_velocity_[k] - v; });
 }
 
 template <int D>
@@ -345,6 +342,10 @@ bool StepEquations<D>::may_be_rounding(std::span<const double> residual)
             for (const NodeWeight<D>& w : weights)
                 if (const int row = rows_.row(w.node); row > 0) modulus_[row - 1] = std::max(modulus_[row - 1], own);
         }
+        std::vector<unsigned char> is_in_contact(mass_.size(), 0);
+        obstacles_->for_each_row([&](int row) { is_in_contact[row - 1] = 1; });
+        for (std::size_t k = 0; k < modulus_.size(); ++k)
+            if (is_in_contact[k]) modulus_[k] *= kContactStiffness;
     }
     bool r = true;
     for (std::size_t k = 0; k < size(); ++k)
@@ -377,15 +378,18 @@ template <int D>
 double StepEquations<D>::impulse_of_condition(std::size_t k, double residual, double momentum) const
 {
     if (is_static(method())) return -dt_ * residual;
-    const double start = is_newmark() ? (1 - end_part_) * start_force_[k] : 0.0;
-    return momentum - dt_ * (end_part_ * end_force_[k] + start);
+    const double start   = is_newmark() ? (1 - end_part_) * start_force_[k] : 0.0;
+    const double carried = -method().pic_fraction * mass_[k / D] * stopped_[k];
+    return momentum + carried - dt_ * (end_part_ * end_force_[k] + start);
 }
 
 template <int D>
-bool StepEquations<D>::holds(int row) const
+std::vector<unsigned char> StepEquations<D>::held_rows() const
 {
-    bool r = obstacles_->acts_on(row);
-    for (int a = 0; a < D; ++a) r = r || held_[unknown(row, a)] != 0;
+    std::vector<unsigned char> r(mass_.size() + 1, 0);
+    for (std::size_t k = 0; k < size(); ++k)
+        if (held_[k]) r[k / D + 1] = 1;
+    obstacles_->for_each_row([&](int row) { r[row] = 1; });
     return r;
 }
 

@@ -32,8 +32,8 @@ class StepEquations {
 
     std::size_t size() const { return held_.size(); }
     const std::vector<unsigned char>& held() const { return held_; }
-    /// Whether a condition or an obstacle acts on the node of a row at the last residual.
-    bool holds(int row) const;
+    /// Whether a condition or an obstacle acts on the node of a row, from 1, at the last residual.
+    std::vector<unsigned char> held_rows() const;
     /// The displacements of held unknowns in the step, m; others are 0.
     const Vector& known() const { return known_; }
     /// Where to begin: the displacements by velocities of the lumped mass, which are bounded by those of the particles, or those of the last load
@@ -116,7 +116,8 @@ class StepEquations {
     bool is_middle_;
     SetBodyForces set_body_forces_;
     NodeRows<D> rows_;
-    Vector mass_, velocity_, start_, guess_, known_, known_velocity_, known_change_;
+    Vector mass_, velocity_, start_, guess_, known_, known_velocity_;
+    Vector stopped_;    ///< projected velocities of fixed components, m/s
     Vector end_force_;  ///< at the last residual, without inertia, N
     // With scheme newmark those at the start of the step: all, without gravity and obstacles, and loads alone.
     Vector start_force_, start_nodal_force_, start_load_;

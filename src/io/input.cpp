@@ -4,6 +4,7 @@
 #include "io/hdf5.hpp"
 #include "material/outside_law.hpp"
 #include "setup/build.hpp"
+#include "setup/schemes.hpp"
 #include "sim/output_fields.hpp"
 
 #include <algorithm>
@@ -817,7 +818,7 @@ int read_dim(const toml::table& root)
 
 // ---- validation and defaults -----------------------------------------------------------------------------------------
 
-MethodSpec resolve_method(MethodInput& in)
+MethodSpec resolve_method(MethodInput& in, bool moves_nodes)
 {
     MethodSpec spec = find_preset(in.preset)->spec;
     for_each_axis([&](auto axis) {
@@ -827,7 +828,7 @@ MethodSpec resolve_method(MethodInput& in)
         name = name_of(spec.*axis);
     });
     if (updates_stress_last(spec)) spec.strain_velocity = strain_velocity_of(spec);
-    spec.lump_below = lump_below_of(spec);
+    spec.lump_below = setup::default_lump_below(spec, moves_nodes);
     if (is_implicit(spec) && spec.ghost_penalty < 0) spec.ghost_penalty = ghost_penalty_of(spec);
     if (spec.scheme == TimeScheme::newmark) {
         if (in.has("newmark_gamma")) spec.newmark_gamma = in.numbers.at("newmark_gamma");
@@ -1483,7 +1484,9 @@ void validate(CaseInput& c, const std::filesystem::path& file)
     if (c.grid.origin.empty()) c.grid.origin.assign(dim, 0.0);
     if (c.gravity.empty()) c.gravity.assign(dim, 0.0);
     validate_grid(c.grid);
-    c.spec = resolve_method(c.method);
+    c.spec = resolve_method(c.method, std::any_of(c.boundaries.begin(), c.boundaries.end(), [](const BoundaryInput& b) {
+                                return b.type == "velocity" || b.type == "displacement";
+                            }));
     if (c.time.dt && c.time.cfl) c.time.fail("cfl", "excludes dt; give one of them");
     if (!c.time.dt && !c.time.cfl) c.time.cfl = 0.4;
     c.resolved_damping = resolve_damping(c.damping, "type", c.damping.type, c.damping.factor, c.damping.rate);
@@ -1673,7 +1676,8 @@ std::string reference_page()
     std::string text =
         "# Input reference\n\nWritten by `ordo list input` from the schema in `src/io/input.cpp`. SI units. A number or an "
         "expression of x, y, z, t\n"
-        "(muParser) is allowed where the type says so; of values one per axis a single one counts for all axes, except of gravity; unknown keys are errors.\n\n";
+        "(muParser) is allowed where the type says so; of values one per axis a single one counts for all axes, except of "
+        "gravity; unknown keys are errors.\n\n";
     for (const SectionText& section : input_schema()) text += reference(section);
     return text;
 }

@@ -399,14 +399,20 @@ class ObstacleFinder {
     /// How deep the particles of a body are in it, at most, m.
     double depth_of(const Particles<D>& p, int body) const
     {
-        double r = 0.0;
-        Extent<D> one;
-        for (int i = 0; i < p.count; ++i) {
-            if (p.body[i] != body) continue;
-            one.low = one.high = p.x[i];
-            if (const auto foot = nearest(p.x[i], nullptr, shifts_of(one))) r = std::max(r, -foot->gap);
-        }
-        return r;
+        std::vector<Vec<D>> places;
+        for (int i = 0; i < p.count; ++i)
+            if (p.body[i] == body) places.push_back(p.x[i]);
+        if (places.empty()) return 0.0;
+        const std::vector<Vec<D>> shifts = shifts_of(Extent<D>::of(places));
+        return parallel_reduce(
+            std::ssize(places), 0.0,
+            [&](std::ptrdiff_t i) {
+                double r = 0.0;
+                for (const Vec<D>& shift : shifts)
+                    if (const auto foot = nearest(places[i], nullptr, {shift})) r = std::max(r, -foot->gap);
+                return r;
+            },
+            [](double& deepest, double one) { deepest = std::max(deepest, one); });
     }
 
   private:

@@ -89,11 +89,8 @@ inline bool is_implicit(const MethodSpec& s)
 inline bool is_static(const MethodSpec& s) { return s.scheme == TimeScheme::quasi_static; }
 /// Of implicit schemes.
 inline double ghost_penalty_of(const MethodSpec& s) { return s.ghost_penalty >= 0 ? s.ghost_penalty : 0.001; }
-/// The largest that damps short waves most (Hughes, The Finite Element Method, sec. 9.3).
-inline double newmark_beta_of(const MethodSpec& s)
-{
-    return s.newmark_beta >= 0 ? s.newmark_beta : 0.25 * (s.newmark_gamma + 0.5) * (s.newmark_gamma + 0.5);
-}
+/// The least that is stable at any step, with which velocities need no accelerations.
+inline double newmark_beta_of(const MethodSpec& s) { return s.newmark_beta >= 0 ? s.newmark_beta : 0.5 * s.newmark_gamma; }
 /// Lumped rows take energy from implicit steps, which are stable without; explicit steps need them.
 inline double lump_below_of(const MethodSpec& s) { return s.lump_below >= 0 ? s.lump_below : is_implicit(s) ? 0.0 : 0.3; }
 /// The degree of the splines; 1 for hats.

@@ -221,7 +221,7 @@ constexpr Setting kSettings[] = {
     Setting{"filter_every", &MethodSpec::filter_every, 1, 1e9, "steps from one filtering to the next", true},
     Setting{"a0", &MethodSpec::a0, 0, 1, "ddmpm: weight of the plain gradient in the middle of a cell"},
     Setting{"lump_below", &MethodSpec::lump_below, 0, 1, "consistent mass: nodes with a filled fraction below this are lumped",
-            false, "0.3, 0 with implicit schemes"},
+            false, "0.3; implicit schemes 0, or 0.02 with boundaries of type velocity or displacement"},
     Setting{"stretch_limit", &MethodSpec::stretch_limit, 0, 30,
             "parallelepiped: largest distance of a corner from the particle, cells; wider domains are scaled down (Homel et al. "
             "2016); 0: no limit"},
@@ -238,8 +238,7 @@ constexpr Setting kSettings[] = {
     Setting{"quadratic_viscosity", &MethodSpec::quadratic_viscosity, 0, 10,
             "that of von Neumann and Richtmyer, the root of the factor of rho h^2 (tr d)^2; 1.5 is usual for shocks"},
     Setting{"newmark_beta", &MethodSpec::newmark_beta, 0.25, 1,
-            "newmark: part of the new acceleration in displacements; at least newmark_gamma/2", false,
-            "(newmark_gamma + 1/2)^2/4"},
+            "newmark: part of the new acceleration in displacements; at least newmark_gamma/2", false, "newmark_gamma/2"},
     Setting{"newmark_gamma", &MethodSpec::newmark_gamma, 0.5, 1,
             "newmark: part of the new acceleration in velocities; above 0.5 damps, of first order"},
     Setting{"newton_tolerance", &MethodSpec::newton_tolerance, 1e-14, 1e-2,
@@ -358,6 +357,12 @@ const std::vector<Rule>& rules()
          "newmark_beta or newmark_gamma with a scheme other than newmark", "they are parameters of scheme newmark"},
         {[](const MethodSpec& s) { return newmark_beta_of(s) < 0.5 * s.newmark_gamma; }, "newmark_beta below newmark_gamma/2",
          "only small steps are stable with it: leave newmark_beta out, or raise it"},
+        {[](const MethodSpec& s) {
+             return s.scheme == TimeScheme::newmark && s.mass == MassMatrix::consistent &&
+                    newmark_beta_of(s) > 0.5 * s.newmark_gamma;
+         },
+         "newmark_beta above newmark_gamma/2 with mass consistent",
+         "velocities would need accelerations, and these another solve for the mass matrix: leave newmark_beta out"},
         {[](const MethodSpec& s) {
              const MethodSpec usual;
              return !is_implicit(s) &&

@@ -90,9 +90,13 @@ Obstacle<D> obstacle_of(const ObstacleSpec<D>& spec, std::size_t k, const Model<
         if (r.turns_freely() && !f.is_constant())
             fail(k, "rotation",
                  "must be numbers with mass, for it is that at the start; to prescribe it, name \"rotation\" in held");
-    for (const Field& f : spec.spin)
-        if (std::holds_alternative<HalfSpace<D>>(r.solid) && model.periodic != Vec<D, bool>{} && !f.is_zero())
-            fail(k, "rotation", "turns a half-space into a periodic axis, where it would have an end; use a box");
+    if (const auto* plane = std::get_if<HalfSpace<D>>(&r.solid)) {
+        const Vec<3> n = padded(plane->normal);
+        for (int a = 0; a < D; ++a)  // the component of spin x normal along it
+            for (const int b : {(a + 1) % 3, (a + 2) % 3})
+                if (model.periodic[a] && !spec.spin[static_cast<std::size_t>(b)].is_zero() && n[3 - a - b] != 0)
+                    fail(k, "rotation", "turns a half-space into a periodic axis, where it would have an end; use a box");
+    }
     const ObstacleMotion<D> start = start_of(r, 0.0);
     require_finite(start.velocity, Part::obstacle, static_cast<int>(k), "velocity", r.center);
     for (int a = 0; a < 3; ++a)

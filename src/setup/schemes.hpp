@@ -14,6 +14,10 @@ std::unique_ptr<Scheme<D>> make_scheme(Model<D> model);
 
 namespace setup {
 
+/// `lump_below` where it is not given. Implicit steps do best with none, but where conditions move nodes, slivers of bodies beside them would gain
+/// energy with the consistent mass.
+double default_lump_below(const MethodSpec& method, bool moves_nodes);
+
 /// Adds to the model what the scheme of a case needs, and checks the number of particles. Throws SetupError.
 template <int D>
 void set_up_scheme(const CaseSpec<D>& spec, Model<D>& model, int particles);

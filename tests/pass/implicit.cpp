@@ -259,7 +259,7 @@ TEST(ImplicitSteps, LoadStepsBeginLikeTheLast)
     }
 }
 
-/// A step that never converges names node, particle, body and law; a body that nothing holds is not tried in parts.
+/// A step that never converges names node, particle, body and law, or a body that nothing holds.
 TEST(ImplicitSteps, HopelessStepsSayWhere)
 {
     for (const bool is_guided : {false, true}) {

@@ -289,6 +289,9 @@ TEST(Combinations, ForbiddenOnesSayWhy)
         specs.back().scheme        = TimeScheme::newmark;
         specs.back().newmark_gamma = 0.6;
         specs.back().newmark_beta  = 0.25;
+        specs.push_back(specs.back());
+        specs.back().newmark_beta = 0.4;
+        specs.back().mass         = MassMatrix::consistent;
         specs.push_back(p.spec);
         specs.back().step_halvings = 3;
         specs.push_back(p.spec);
