@@ -136,7 +136,7 @@ template <int D>
 std::string Implicit<D>::loose_body(State<D>& s, const StepEquations<D>& step) const
 {
     const Particles<D>& p                      = s.particles;
-    const auto bodies                          = static_cast<std::size_t>(*std::max_element(p.body.begin(), p.body.end()) + 1);
+    const auto bodies                          = static_cast<std::size_t>(*std::max_element(p.body.begin(), p.body.end())) + 1;
     const std::vector<unsigned char> held_rows = step.held_rows();
     std::vector<int> group(bodies), body_at(held_rows.size(), -1);
     std::iota(group.begin(), group.end(), 0);
