@@ -204,11 +204,10 @@ NewtonResult solve_from(Vector start, StepEquations<D>& equations, const MethodS
             if (size > 0) forcing = std::max(forcing, std::min(0.3 * tolerance / size, loosest));
         }
         KrylovReport solved;
-        const bool is_regular =
-            system.solve(rhs, step, now.has_motion ? std::max(forcing, 1e-12) : 1e-6, now.norm < hardly_changed * last, solved);
+        out.is_singular =
+            !system.solve(rhs, step, now.has_motion ? std::max(forcing, 1e-12) : 1e-6, now.norm < hardly_changed * last, solved);
         report.linear_iterations = solved.iterations;
-        if (!is_regular) out.is_singular = true;
-        if (!is_regular)
+        if (out.is_singular)
             return leave(now, "the tangent is singular: a body is free to move, or a material has lost its stiffness");
         if (!std::isfinite(solved.residual)) return leave(now, "the tangent is not finite");
         if (!now.has_motion)
