@@ -345,7 +345,7 @@ FAULTS = [
           "node[NodeLane::velocity + a] = @node[NodeLane::mass] * p.corner_velocity[c][a]@;", "p.corner_velocity[c][a]",
           "pass:Enrichment.KeptVelocitiesKeepMomentum"),
     fault("enriched-step-of-one-axis", "the time step of enriched cells forgets waves along both axes", "method/enrichment.cpp",
-          "return @(D * m.lambda + 2 * m.mu)@ * k.V", "(m.lambda + 2 * m.mu)", "pass:FiniteElements.TimeStepLimitIsSafe"),
+          "return stiffened * @(D * m.lambda + 2 * m.mu)@ * k.V", "(m.lambda + 2 * m.mu)", "pass:FiniteElements.TimeStepLimitIsSafe"),
 
     # tractions
     fault("pressure-pulls", "a pressure acts outwards", "method/tractions.cpp",
@@ -542,7 +542,7 @@ FAULTS = [
           "for (int side = 0; side < @2@; ++side) {\n            const int own = pair.surface[side], other = pair.surface[1 - side];\n"
           "            if (vertices", "1", CONTACT_AREAS),
     fault("contact-on-flat-faces", "bodies meet on flat faces", "method/contact_points.cpp",
-          "normals_      = @corner_normals(*outline_, x_->data(), near)@;", "corner_normals(*outline_, x_->data(), near, 0.0)", "pass:ContactPoints.LieOnCurvedFaces"),
+          "normals_                        = @corner_normals(*outline_, x_->data(), is_near)@;", "corner_normals(*outline_, x_->data(), is_near, 0.0)", "pass:ContactPoints.LieOnCurvedFaces"),
     fault("contact-normal-of-slave", "the normal is out of the wrong body", "method/contact_points.cpp",
           "r.normal = @found.foot.normal@;", "-1.0 * found.foot.normal", CONTACT_AREAS),
     fault("contact-faces-in-the-middle", "impulses at Gauss points act on all corners of the face alike", "method/contact_step.cpp",
@@ -552,7 +552,9 @@ FAULTS = [
     fault("contact-late-friction", "friction follows the normal impulse before the sweep", "method/contact_step.cpp",
           "const double limit = pair.friction * @point.p@ + dt_kick_", "p", ONE_SWEEP),
     fault("contact-resists-alone", "the row sum of a contact point has only its own body", "method/contact_step.cpp",
-          "resistance_[q] += @std::fabs(weight) * at[row]@;", "weight > 0 ? at[row] : Vec<D>{}", ONE_SWEEP),
+          "sum += @std::fabs(weight) * at[row]@;", "weight > 0 ? at[row] : Vec<D>{}", ONE_SWEEP),
+    fault("stiffening-forgotten", "waves of St. Venant-Kirchhoff's law are as fast as at rest", "material/st_venant_kirchhoff.hpp",
+          "return {@std::max(at_rest, pulled + largest * largest * at_rest)@, 0.0};", "at_rest", "unit:Materials.StVenantKirchhoffStiffens"),
     fault("tangent-without-averages", "the tangent of an implicit step forgets how averages change", "implicit/particle_forces.cpp",
           "const double d_factor  = w[i] * (@d_mean_part_[i]@ * ratio_[i]", "0.0", "sweep:Implicit.TangentIsTheDerivativeIn2D"),
     fault("averages-once", "forces of an implicit step take the average once", "implicit/particle_forces.cpp",

@@ -84,10 +84,7 @@ class Halo {
     }
 
     /// Sets the margin to zero.
-    void clear(Lanes* nodes) const
-    {
-        for (const auto& axis : pairs_) for_each(axis, [=](const Pair& p) { nodes[p.ghost] = Lanes{}; });
-    }
+    void clear(Lanes* nodes) const { clear(nodes, 0, NodeLane::end); }
 
   private:
     struct Pair {

@@ -255,17 +255,46 @@ NewtonResult solve_from(Vector start, StepEquations<D>& equations, const MethodS
     }
 }
 
+/// Whether a load step should begin at rest: where no boundary moves and the load points away from the guess, or the guess goes far beyond it. The last
+/// step of a load that turns or stops leads to other solutions than the nearest, or to none.
+template <int D>
+bool leads_away(StepEquations<D>& equations, const Vector& guess, const Vector& rest)
+{
+    constexpr double beyond = 10.0;
+    if (equations.known() != rest) return false;
+    Vector at_rest(rest.size()), at_guess(rest.size());
+    if (!equations.find_residual(guess, at_guess, false)) return true;
+    if (!equations.find_residual(rest, at_rest, false)) return false;
+    const auto& held = equations.held();
+    return !(free_product(at_rest, guess, held) > 0) ||
+           free_product(at_guess, at_guess, held) > beyond * beyond * free_product(at_rest, at_rest, held);
+}
+
 }  // namespace
 
-/// A load step that leads nowhere from where the last one points is tried from rest.
+/// A load step that leads nowhere from where the last one points is tried from rest. One in which a particle swells or shrinks too far has no solution
+/// near by.
 template <int D>
 NewtonResult solve_step(StepEquations<D>& equations, const MethodSpec& method, const Vec<D, bool>& periodic,
                         const Index<D>& cells)
 {
-    NewtonResult r = solve_from(equations.guess(), equations, method, periodic, cells);
-    const Vector rest(equations.size(), 0.0);
-    if (r.report.converged || !is_static(method) || equations.guess() == rest) return r;
-    NewtonResult again = solve_from(rest, equations, method, periodic, cells);
+    constexpr double most_change = 2.0;
+    const auto solve             = [&](const Vector& from) {
+        NewtonResult r = solve_from(from, equations, method, periodic, cells);
+        if (!r.report.converged || !is_static(method)) return r;
+        const auto [particle, factor] = equations.largest_change_of_volume(r.u);
+        if (std::max(factor, 1 / factor) <= most_change) return r;
+        r.report.converged = false;
+        r.particle         = particle;
+        r.change           = factor;
+        return r;
+    };
+    const Vector rest(equations.size(), 0.0), &guess = equations.guess();
+    if (!is_static(method) || guess == rest) return solve(guess);
+    if (leads_away(equations, guess, rest)) return solve(rest);
+    NewtonResult r = solve(guess);
+    if (r.report.converged) return r;
+    NewtonResult again = solve(rest);
     again.report.iterations.insert(again.report.iterations.begin(), r.report.iterations.begin(), r.report.iterations.end());
     return again;
 }

@@ -15,6 +15,8 @@ class StepEquations;
 struct NewtonResult {
     std::string why;                 ///< it did not converge
     bool is_singular = false;        ///< because the tangent is
+    int particle     = -1;           ///< because the volume of this one changes too much ..
+    double change    = 1.0;          ///< .. by this factor
     std::vector<double> u, missing;  ///< displacements, m, and the residual there, N
     NewtonReport report;
 };

@@ -12,8 +12,8 @@ namespace ordo {
 
 template <int D>
 ObstacleForces<D>::ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness,
-                                  double end_part)
-    : model_(model), s_(s), dt_(dt), end_part_(end_part), first_{0}
+                                  double factor)
+    : model_(model), s_(s), dt_(dt), factor_(factor), first_{0}
 {
     if constexpr (D > 1) {
         if (model.obstacles.empty()) return;
@@ -54,7 +54,6 @@ ObstacleForces<D>::ObstacleForces(const Model<D>& model, State<D>& s, const Node
         }
         moved_.resize(points_.size());
         traction_.resize(points_.size());
-        start_traction_.resize(points_.size());
         stiffness_.resize(points_.size());
     }
 }
@@ -117,17 +116,8 @@ void ObstacleForces<D>::add_forces(std::span<const double> u, std::span<double> 
         moved_[q]         = motion_of(q, u) - obstacle_moves_[q];
         const Response of = response_to(q, moved_[q]);
         traction_[q]      = of.traction;
-        stiffness_[q]     = points_[q].area * of.stiffness;
+        stiffness_[q]     = factor_ * points_[q].area * of.stiffness;
         add(q, points_[q].area * traction_[q], r);
-    }
-}
-
-template <int D>
-void ObstacleForces<D>::add_start_forces(std::span<double> r)
-{
-    for (std::size_t q = 0; q < points_.size(); ++q) {
-        start_traction_[q] = response_to(q, {}).traction;
-        add(q, points_[q].area * start_traction_[q], r);
     }
 }
 
@@ -150,18 +140,15 @@ void ObstacleForces<D>::finish()
             ContactPoint<D>& point    = points_[q];
             ObstacleMotion<D>& motion = s_.contacts.obstacles[pair_of(point).obstacle];
             const Vec<D>& n           = point.normal;
-            const Vec<D> slip         = moved_[q] - dot(moved_[q], n) * n,
-                         over         = end_part_ * traction_[q] + (1 - end_part_) * start_traction_[q];
-            const Vec<D> force = point.area * over, of_friction = over - dot(over, n) * n;
+            const double p            = dot(traction_[q], n);
+            const Vec<D> t = traction_[q] - p * n, slip = moved_[q] - dot(moved_[q], n) * n, force = point.area * traction_[q];
             motion.exchange.force += padded(-force);
             motion.exchange.moment += cross(padded(point.at - motion.center), padded(-force));
-            motion.exchange.dissipated -= point.area * dot(over, n) * dot(moved_[q], n);
-            motion.exchange.friction -= point.area * dot(of_friction, slip);
+            motion.exchange.dissipated -= point.area * p * dot(moved_[q], n);
+            motion.exchange.friction -= point.area * dot(t, slip);
             motion.work -= dot(force, obstacle_moves_[q]);
-            const double p = dot(traction_[q], n);
-            const Vec<D> t = traction_[q] - p * n;
-            point.sticks   = p > 0 && norm(t + k_[q] * (point.anchor + slip - dot(point.anchor, n) * n)) <= 1e-9 * norm(t);
-            point.slip     = (1 / dt_) * slip;
+            point.sticks = p > 0 && norm(t + k_[q] * (point.anchor + slip - dot(point.anchor, n) * n)) <= 1e-9 * norm(t);
+            point.slip   = (1 / dt_) * slip;
             if (!point.is_tied) point.anchor = (-1 / k_[q]) * t;
             point.p = dt_ * p;
             point.t = dt_ * t;

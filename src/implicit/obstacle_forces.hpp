@@ -16,17 +16,14 @@ template <int D>
 class ObstacleForces {
   public:
     /// Finds the points near obstacles. Sets the velocities of obstacles.
-    /// @param end_part of the forces at the end in those that act over the step; the others are those at its start
-    ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness, double end_part);
+    /// @param factor of the forces in the residual
+    ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness, double factor);
 
-    /// Adds the forces at the start of the step to r, N.
-    void add_start_forces(std::span<double> r);
-
-    /// Finds the forces for displacements u of unknown D k + a, component a of row k + 1, and adds them to r, N.
+    /// Finds the forces for displacements u of unknown D k + a, component a of row k + 1, and adds them to r, N, without the factor.
     void add_forces(std::span<const double> u, std::span<double> r);
-    /// y += df/du x at the last of these.
+    /// y += factor df/du x at the last of these.
     void add_product(std::span<const double> x, std::span<double> y) const;
-    /// add(row, row, block) for the entries of -df/du.
+    /// add(row, row, block) for the entries of -factor df/du.
     template <class Add>
     void for_each_entry(const Add& add) const
     {
@@ -35,12 +32,12 @@ class ObstacleForces {
                 for (int j = first_[q]; j < first_[q + 1]; ++j)
                     add(weights_[i].row, weights_[j].row, weights_[i].value * weights_[j].value * stiffness_[q]);
     }
-    /// f(row) for the nodes of points that have stiffness at the last forces, some several times.
+    /// f(row, stiffness) for the nodes of points that have stiffness at the last forces, some several times.
     template <class F>
     void for_each_row(const F& f) const
     {
         for (std::size_t q = 0; q < points_.size(); ++q)
-            for (int i = first_[q]; i < first_[q + 1] && !(stiffness_[q] == Mat<D>{}); ++i) f(weights_[i].row);
+            for (int i = first_[q]; i < first_[q + 1] && !(stiffness_[q] == Mat<D>{}); ++i) f(weights_[i].row, stiffness_[q]);
     }
     bool is_empty() const { return points_.empty(); }
 
@@ -65,14 +62,14 @@ class ObstacleForces {
 
     const Model<D>& model_;
     State<D>& s_;
-    double dt_, end_part_, touching_ = 0.0;  ///< s; 1; the gap, m, that is none
+    double dt_, factor_, touching_ = 0.0;  ///< s; 1; the gap, m, that is none
     std::vector<ContactPoint<D>> points_;
     std::vector<int> first_;  ///< of each point, and the end of the last: where its weights begin
     std::vector<Weight> weights_;
-    std::vector<double> k_;                          ///< of each point, Pa/m
-    std::vector<Vec<D>> moved_, obstacle_moves_;     ///< relative to the obstacle in the step, and of the obstacle there, m
-    std::vector<Vec<D>> traction_, start_traction_;  ///< Pa
-    std::vector<Mat<D>> stiffness_;                  ///< -d force : d motion, N/m
+    std::vector<double> k_;                       ///< of each point, Pa/m
+    std::vector<Vec<D>> moved_, obstacle_moves_;  ///< relative to the obstacle in the step, and of the obstacle there, m
+    std::vector<Vec<D>> traction_;                ///< Pa
+    std::vector<Mat<D>> stiffness_;               ///< -d force : d motion times the factor, N/m
 };
 
 }  // namespace ordo

@@ -83,6 +83,11 @@ bool Implicit<D>::try_step(State<D>& s, double dt, std::string& why) const
     s.newton.add(r.report);
     if (!r.report.converged) {
         why = r.is_singular && is_static(method()) ? loose_body(s, step) : "";
+        if (r.particle >= 0)
+            why = fmt::format(
+                "{} would change its volume by a factor of {:.3g}: a solution that far away, as of a soil that is torn, is "
+                "not taken; a smaller load or time step may help",
+                particle_text(s, r.particle), r.change);
         if (why.empty())
             why = r.why + blame(s, step, r.missing) + "; a smaller time step or load, or more newton_iterations may help";
         return false;
@@ -91,15 +96,20 @@ bool Implicit<D>::try_step(State<D>& s, double dt, std::string& why) const
     return true;
 }
 
+template <int D>
+std::string Implicit<D>::particle_text(const State<D>& s, int i) const
+{
+    const Particles<D>& p = s.particles;
+    return fmt::format("particle {} of body {} at {}, law {}", p.id[i], p.body[i], place_text(p.x[i]),
+                       model().materials[p.material[i]].law->name);
+}
+
 /// Where a solution is wanting most: a particle that fails, or the particle that has most of the node with the largest missing force.
 template <int D>
 std::string Implicit<D>::blame(State<D>& s, const StepEquations<D>& step, const std::vector<double>& residual) const
 {
     const Particles<D>& p = s.particles;
-    auto particle         = [&](int i) {
-        return fmt::format("particle {} of body {} at {}, law {}", p.id[i], p.body[i], place_text(p.x[i]),
-                                   model().materials[p.material[i]].law->name);
-    };
+    auto particle         = [&](int i) { return particle_text(s, i); };
     if (const Fault fault = step.report().fault; fault != Fault::none)
         return fmt::format(" ({}: {})", particle(step.report().particle),
                            fault == Fault::inverted     ? "turns over"
@@ -130,15 +140,15 @@ std::string Implicit<D>::blame(State<D>& s, const StepEquations<D>& step, const 
                        particle(own));
 }
 
-/// What to do about the first body of which no condition and no obstacle holds a node, nor a node of others that share nodes with it; empty if there
-/// is none.
+/// What to do about the first body of which no condition and no obstacle holds a node along an axis, nor a node of others that share nodes with it; empty
+/// if there is none.
 template <int D>
 std::string Implicit<D>::loose_body(State<D>& s, const StepEquations<D>& step) const
 {
-    const Particles<D>& p                      = s.particles;
-    const auto bodies                          = static_cast<std::size_t>(*std::max_element(p.body.begin(), p.body.end())) + 1;
-    const std::vector<unsigned char> held_rows = step.held_rows();
-    std::vector<int> group(bodies), body_at(held_rows.size(), -1);
+    const Particles<D>& p                     = s.particles;
+    const auto bodies                         = static_cast<std::size_t>(*std::max_element(p.body.begin(), p.body.end())) + 1;
+    const std::vector<Vec<D, bool>> held_axes = step.held_axes();
+    std::vector<int> group(bodies), body_at(held_axes.size(), -1);
     std::iota(group.begin(), group.end(), 0);
     const Sweep<D> view = sweep(s, nullptr, 0.0);
     std::vector<NodeWeight<D>> weights;
@@ -153,16 +163,25 @@ std::string Implicit<D>::loose_body(State<D>& s, const StepEquations<D>& step) c
             if (from != to) std::replace(group.begin(), group.end(), from, to);
         }
     }
-    std::vector<unsigned char> is_held(bodies, 0);
+    std::vector<Vec<D, bool>> is_held(bodies, Vec<D, bool>{});
     for (std::size_t row = 1; row < body_at.size(); ++row)
-        if (body_at[row] >= 0 && held_rows[row]) is_held[group[body_at[row]]] = 1;
-    for (int i = 0; i < p.count; ++i)
-        if (!is_held[group[p.body[i]]])
+        for (int a = 0; a < D && body_at[row] >= 0; ++a)
+            is_held[group[body_at[row]]][a] = is_held[group[body_at[row]]][a] || held_axes[row][a];
+    for (int i = 0; i < p.count; ++i) {
+        const Vec<D, bool>& axes = is_held[group[p.body[i]]];
+        const bool has_obstacles = !model().obstacles.empty();
+        if (axes == Vec<D, bool>{})
             return fmt::format("nothing holds body {}: no boundary has a node of it{}", p.body[i],
-                               model().obstacles.empty()
-                                   ? "; hold it by one"
-                                   : ", and it touches no obstacle, or those that it touches leave it; hold it by a "
-                                     "boundary, or place it on an obstacle to a billionth of a cell");
+                               has_obstacles ? ", and it touches no obstacle, or those that it touches leave it; hold it by a "
+                                               "boundary, or place it on an obstacle to a billionth of a cell"
+                                             : "; hold it by one");
+        for (int a = 0; a < D; ++a)
+            if (!axes[a])
+                return fmt::format(
+                    "nothing holds body {} along {}: neither a boundary nor the friction of an obstacle does; hold "
+                    "it by one",
+                    p.body[i], "xyz"[a]);
+    }
     return "";
 }
 

@@ -55,7 +55,8 @@ StepEquations<D>::StepEquations(const Model<D>& model, const Passes<D>& passes, 
         inertia_          = 1 / (beta * dt * dt);
         start_factor_     = (0.5 - beta) / beta;
     }
-    obstacles_.emplace(model, s, rows_, dt, kContactStiffness, end_part_);
+    contact_factor_ = is_newmark() ? 0.5 / newmark_beta_of(method()) : 1.0;
+    obstacles_.emplace(model, s, rows_, dt, kContactStiffness, contact_factor_);
     if (is_newmark()) find_start_forces();
     largest_modulus_ = parallel_reduce(
         s.particles.count, 0.0, [&](std::ptrdiff_t i) { return model_.materials[s_.particles.material[i]].p_wave_modulus(); },
@@ -180,7 +181,6 @@ void StepEquations<D>::find_start_forces()
     }
     start_force_ = start_nodal_force_;
     for_each_unknown([&](std::size_t k, std::ptrdiff_t, int a) { start_force_[k] += mass_[k / D] * model_.gravity[a]; });
-    obstacles_->add_start_forces(start_force_);
 }
 
 /// Fixed components have no velocity before the step either.
@@ -283,10 +283,10 @@ bool StepEquations<D>::find_residual(std::span<const double> u, std::span<double
         r[k] = nodes_[node][NodeLane::increment + a] + mass_[k / D] * model_.gravity[a];
     });
     if (!obstacles_->is_empty()) {
-        Vector of_obstacles(size(), 0.0);
-        obstacles_->add_forces(u, of_obstacles);
-        force_ = std::max(force_, length_of(of_obstacles));
-        add_multiple(r, 1.0, of_obstacles);
+        contact_force_.assign(size(), 0.0);
+        obstacles_->add_forces(u, contact_force_);
+        force_ = std::max(force_, length_of(contact_force_));
+        add_multiple(r, contact_factor_, contact_force_);
     }
     force_               = std::max(force_, length_of(r));
     const bool has_loads = !s_.particles.b.empty() || !model_.tractions.empty();
@@ -316,16 +316,33 @@ void StepEquations<D>::add_penalty_forces(std::span<const double> u, Lanes* node
         [&](std::size_t k, std::ptrdiff_t node, int a) { nodes[node][NodeLane::increment + a] += end_part_ * force[k]; });
 }
 
-/// What displacements leave of a residual by rounding, N: in deformation gradients, which stiffness multiplies, and in inertia.
+/// What displacements leave of a residual by rounding, N: in deformation gradients, which stiffness multiplies, and in inertia. Displacements by many
+/// cells in a step excuse nothing: they run away.
 template <int D>
 double StepEquations<D>::rounding_of(double modulus, double mass) const
 {
-    double volume = 1.0;
+    constexpr double most_cells = 100.0;
+    double volume               = 1.0;
     for (int a = 0; a < D; ++a) volume *= model_.h[a];
-    const double h = *std::min_element(model_.h.c, model_.h.c + D);
+    const double h = *std::min_element(model_.h.c, model_.h.c + D), moved = std::min(largest_, most_cells * h);
     const double r =
-        16 * std::numeric_limits<double>::epsilon() * ((h + largest_) * modulus * volume / (h * h) + largest_ * inertia_ * mass);
+        16 * std::numeric_limits<double>::epsilon() * ((h + moved) * modulus * volume / (h * h) + moved * inertia_ * mass);
     return is_middle_ ? r + kEnergyRounding * modulus * volume / h : r;
+}
+
+template <int D>
+auto StepEquations<D>::largest_change_of_volume(std::span<const double> u) -> ChangeOfVolume
+{
+    sample(u, u_, f_);
+    const auto size_of = [](const ChangeOfVolume& one) { return std::max(one.factor, 1 / one.factor); };
+    return parallel_reduce(
+        s_.particles.count, ChangeOfVolume{},
+        [&](std::ptrdiff_t i) {
+            return ChangeOfVolume{static_cast<int>(i), det(f_[i] + Mat<D>::identity())};
+        },
+        [&](ChangeOfVolume& largest, const ChangeOfVolume& one) {
+            if (size_of(one) > size_of(largest)) largest = one;
+        });
 }
 
 template <int D>
@@ -343,9 +360,9 @@ bool StepEquations<D>::may_be_rounding(std::span<const double> residual)
                 if (const int row = rows_.row(w.node); row > 0) modulus_[row - 1] = std::max(modulus_[row - 1], own);
         }
         std::vector<unsigned char> is_in_contact(mass_.size(), 0);
-        obstacles_->for_each_row([&](int row) { is_in_contact[row - 1] = 1; });
+        obstacles_->for_each_row([&](int row, const Mat<D>&) { is_in_contact[row - 1] = 1; });
         for (std::size_t k = 0; k < modulus_.size(); ++k)
-            if (is_in_contact[k]) modulus_[k] *= kContactStiffness;
+            if (is_in_contact[k]) modulus_[k] *= kContactStiffness * contact_factor_;
     }
     bool r = true;
     for (std::size_t k = 0; k < size(); ++k)
@@ -380,16 +397,26 @@ double StepEquations<D>::impulse_of_condition(std::size_t k, double residual, do
     if (is_static(method())) return -dt_ * residual;
     const double start   = is_newmark() ? (1 - end_part_) * start_force_[k] : 0.0;
     const double carried = -method().pic_fraction * mass_[k / D] * stopped_[k];
-    return momentum + carried - dt_ * (end_part_ * end_force_[k] + start);
+    return momentum + carried - dt_ * (end_part_ * end_force_[k] + start + late_contact(k));
+}
+
+/// What the contact force gives velocities beyond its part in the displacements, N; nothing with beta = gamma/2.
+template <int D>
+double StepEquations<D>::late_contact(std::size_t k) const
+{
+    if (!is_newmark() || contact_force_.empty()) return 0.0;
+    return (1 - 0.5 * method().newmark_gamma / newmark_beta_of(method())) * contact_force_[k];
 }
 
 template <int D>
-std::vector<unsigned char> StepEquations<D>::held_rows() const
+std::vector<Vec<D, bool>> StepEquations<D>::held_axes() const
 {
-    std::vector<unsigned char> r(mass_.size() + 1, 0);
+    std::vector<Vec<D, bool>> r(mass_.size() + 1, Vec<D, bool>{});
     for (std::size_t k = 0; k < size(); ++k)
-        if (held_[k]) r[k / D + 1] = 1;
-    obstacles_->for_each_row([&](int row) { r[row] = 1; });
+        if (held_[k]) r[k / D + 1][static_cast<int>(k % D)] = true;
+    obstacles_->for_each_row([&](int row, const Mat<D>& stiffness) {
+        for (int a = 0; a < D; ++a) r[row][a] = r[row][a] || stiffness(a, a) != 0.0;
+    });
     return r;
 }
 
@@ -466,16 +493,14 @@ void StepEquations<D>::set_velocities(std::span<const double> u, Lanes* nodes) c
 {
     const double gamma = method().newmark_gamma, beta = newmark_beta_of(method());
     for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) {
-        double after = 0.0;
-        if (is_static(method()))
-            after = 0.0;
-        else if (held_[k])
+        double after = 0.0;  // of a load step
+        if (!is_static(method()) && held_[k])
             after = known_velocity_[k];
         else if (is_middle_)
             after = 2 * u[k] / dt_ - velocity_[k];
-        else
+        else if (is_newmark())
             after = velocity_[k] + gamma / (beta * dt_) * (u[k] - start_[k]) +
-                    dt_ * (1 - gamma / (2 * beta)) * start_force_[k] / mass_[k / D];
+                    dt_ / mass_[k / D] * ((1 - gamma / (2 * beta)) * start_force_[k] + late_contact(k));
         nodes[node][NodeLane::velocity + a]  = after;
         nodes[node][NodeLane::increment + a] = after - velocity_[k];
     });

@@ -16,8 +16,9 @@
 
 namespace ordo {
 
-/// r(u) = f_ext - f_int(u) - c M (u - dt v) + k f_n - G u = 0 for the unknowns that no condition holds. f are forces at the end of the step, or
-/// with scheme midpoint those that act in its middle; f_n those at the start, with scheme newmark. Unknown D k + a is component a of row k + 1. The
+/// r(u) = f_ext - f_int(u) - c M (u - dt v) + k f_n + l f_c(u) - G u = 0 for the unknowns that no condition holds. f are forces at the end of the step, or
+/// with scheme midpoint those that act in its middle; f_n those at the start, with scheme newmark. f_c are those of obstacles, at the end and over all of
+/// the step: they move nodes by dt^2 f_c/2m and dt f_c/m, so l is 1, with newmark 1/(2 beta). Unknown D k + a is component a of row k + 1. The
 /// functions of nodes are those of the start of the step, x_n.
 template <int D>
 class StepEquations {
@@ -32,8 +33,8 @@ class StepEquations {
 
     std::size_t size() const { return held_.size(); }
     const std::vector<unsigned char>& held() const { return held_; }
-    /// Whether a condition or an obstacle acts on the node of a row, from 1, at the last residual.
-    std::vector<unsigned char> held_rows() const;
+    /// The axes along which a condition or an obstacle acts on the node of each row, from 1, at the last residual.
+    std::vector<Vec<D, bool>> held_axes() const;
     /// The displacements of held unknowns in the step, m; others are 0.
     const Vector& known() const { return known_; }
     /// Where to begin: the displacements by velocities of the lumped mass, which are bounded by those of the particles, or those of the last load
@@ -50,6 +51,13 @@ class StepEquations {
     double rounding() const { return rounding_; }
     /// .. and whether it may leave this one at each node that no condition holds, with the stiffness of the particles there.
     bool may_be_rounding(std::span<const double> residual);
+
+    /// Of the particle whose volume grows or shrinks most, by a factor.
+    struct ChangeOfVolume {
+        int particle  = -1;
+        double factor = 1.0;
+    };
+    ChangeOfVolume largest_change_of_volume(std::span<const double> u);
 
     /// y = -dr/du x, at the last residual with derivatives, in all unknowns.
     void multiply(std::span<const double> x, std::span<double> y);
@@ -93,6 +101,7 @@ class StepEquations {
     void find_start_forces();
     void set_forces(Lanes* nodes, bool loads_alone);
     double rounding_of(double modulus, double mass) const;
+    double late_contact(std::size_t k) const;
     int row_at(Index<D> node) const;
     void find_held();
     void find_penalty();
@@ -117,9 +126,10 @@ class StepEquations {
     SetBodyForces set_body_forces_;
     NodeRows<D> rows_;
     Vector mass_, velocity_, start_, guess_, known_, known_velocity_;
-    Vector stopped_;    ///< projected velocities of fixed components, m/s
-    Vector end_force_;  ///< at the last residual, without inertia, N
-    // With scheme newmark those at the start of the step: all, without gravity and obstacles, and loads alone.
+    Vector stopped_;        ///< projected velocities of fixed components, m/s
+    Vector end_force_;      ///< at the last residual, without inertia, N
+    Vector contact_force_;  ///< f_c there, if there are obstacles
+    // With scheme newmark those at the start of the step: all but those of obstacles, the same without gravity, and loads alone.
     Vector start_force_, start_nodal_force_, start_load_;
     std::vector<unsigned char> held_;
     ParticleForces<D> forces_;
@@ -133,7 +143,7 @@ class StepEquations {
     TileReport report_;
     Vector modulus_;  ///< of the stiffest particle at each row, once needed, Pa
     double force_ = 0.0, rounding_ = 0.0, largest_ = 0.0, largest_mass_ = 0.0, largest_modulus_ = 0.0;
-    double end_part_ = 1.0, start_factor_ = 0.0;  ///< of f at the end in the mean force; k
+    double end_part_ = 1.0, start_factor_ = 0.0, contact_factor_ = 1.0;  ///< of f at the end in the mean force; k; l
 };
 
 }  // namespace ordo

@@ -1,7 +1,10 @@
 // St. Venant-Kirchhoff's law.
 #pragma once
 
+#include "material/hencky.hpp"
 #include "material/law.hpp"
+
+#include <algorithm>
 
 namespace ordo {
 
@@ -39,7 +42,23 @@ struct StVenantKirchhoff {
         const T tr        = trace(E);
         return T(lambda / 2) * tr * tr + T(mu) * ddot(E, E);
     }
+    /// It stiffens with the fourth power of a stretch. With stretches l_i and stresses S_i along the axes waves in a direction n have J times
+    /// the acoustic tensor (n.F S F^T n) I + lambda (b n)(b n)^T + mu ((n.b n) b + (b n)(b n)^T), whose values are at most max l_i^2 S_i +
+    /// l^4 (lambda + 2 mu) with the largest stretch l.
+    template <int D>
+    Stiffness stiffness(const Mat<D>& F, const double*) const
+    {
+        const Spectrum<D> b = positive_spectrum(left_cauchy_green(F));
+        double sum = 0.0, largest = 0.0, pulled = -1e300;
+        for (int a = 0; a < D; ++a) sum += 0.5 * (b.value[a] - 1);
+        for (int a = 0; a < D; ++a) {
+            largest = std::max(largest, b.value[a]);
+            pulled  = std::max(pulled, b.value[a] * (lambda * sum + mu * (b.value[a] - 1)));
+        }
+        const double at_rest = lambda + 2 * mu;
+        return {std::max(at_rest, pulled + largest * largest * at_rest), 0.0};
+    }
 };
-static_assert(Hyperelastic<StVenantKirchhoff>);
+static_assert(Hyperelastic<StVenantKirchhoff> && ChangesStiffness<StVenantKirchhoff>);
 
 }  // namespace ordo

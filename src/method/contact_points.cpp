@@ -45,7 +45,12 @@ std::vector<ContactPoint<D>> in_pieces(std::size_t n, const F& f)
     const auto count               = static_cast<std::ptrdiff_t>(n);
     std::vector<std::vector<ContactPoint<D>>> found(static_cast<std::size_t>((count + piece - 1) / piece));
     parallel_for(static_cast<std::ptrdiff_t>(found.size()), [&](std::ptrdiff_t k) {
-        for (std::ptrdiff_t i = k * piece; i < std::min(count, (k + 1) * piece); ++i) f(i, found[static_cast<std::size_t>(k)]);
+        std::vector<ContactPoint<D>> own;
+        for (std::ptrdiff_t i = k * piece; i < std::min(count, (k + 1) * piece); ++i) {
+            f(i, own);
+            if (own.size() == 1) own.reserve(piece);  // where one is, there are more
+        }
+        found[static_cast<std::size_t>(k)] = std::move(own);
     });
     std::vector<ContactPoint<D>> r;
     r.reserve(std::accumulate(found.begin(), found.end(), std::size_t{0},
@@ -68,10 +73,10 @@ class PlacedSurface {
     const Normals<D>& normals(const Extent<D>& near = Extent<D>::everywhere())
     {
         if (normals_.empty() || !have_normals_.covers(near)) {
-            normals_      = corner_normals(*outline_, x_->data(), near);
-            have_normals_ = near;
-            shares_.assign(normals_.size(), {});
             const std::vector<char> is_near = faces_near(*outline_, x_->data(), near);
+            normals_                        = corner_normals(*outline_, x_->data(), is_near);
+            have_normals_                   = near;
+            shares_.assign(normals_.size(), {});
             parallel_for_each(static_cast<std::ptrdiff_t>(normals_.size()), [&](std::ptrdiff_t k) {
                 if (is_near[k])
                     shares_[k] = shares_of_corners(outline_->corners_of(k, x_->data()).data(), outline_->faces[k].count);
@@ -315,7 +320,10 @@ void add_points(std::vector<ContactPoint<D>> found, const ContactPair<D>& pair, 
         }
         std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.key < b.key; });
     }
-    to.insert(to.end(), found.begin(), found.end());
+    if (to.empty())
+        to = std::move(found);
+    else
+        to.insert(to.end(), found.begin(), found.end());
 }
 
 /// Finds the points of bodies on an obstacle.
@@ -488,27 +496,31 @@ struct Held {
     Turns<D> turns{};
 };
 
-/// By the holders of a surface, on all ranks; empty if the body was taken out. Of cells the first holder of each vertex counts.
+/// By holder `k` of a surface, on this rank.
 template <int D>
-std::vector<Held<D>> held_by(const ContactSurface<D>& surface, const Model<D>& model, const State<D>& s)
+Held<D> held_by(const ContactSurface<D>& surface, std::ptrdiff_t k, const Model<D>& model, const State<D>& s)
 {
     const Particles<D>& p = s.particles;
+    const auto& holder    = surface.holders[k];
+    const int i           = s.contacts.place_of[holder.particle];
+    if (i < 0) return {};
+    Held<D> r{static_cast<int>(k), {}, {}};
+    r.x = has_cells(model.method) ? p.corner[p.cell[i][holder.corner]] : p.x[i] + p.edges[i] * holder.place;
+    if (!p.turns.empty()) r.turns = p.turns[i];
+    return r;
+}
+
+/// By all holders of a surface, of which several ranks have some.
+template <int D>
+std::vector<Held<D>> held_on_ranks(const ContactSurface<D>& surface, const Model<D>& model, const State<D>& s)
+{
+    std::vector<Held<D>> mine(surface.holders.size());
+    parallel_for_each(std::ssize(mine), [&](std::ptrdiff_t k) { mine[k] = held_by(surface, k, model, s); });
+    std::erase_if(mine, [](const Held<D>& one) { return one.holder < 0; });
     std::vector<Held<D>> held(surface.holders.size());
-    parallel_for_each(static_cast<std::ptrdiff_t>(held.size()), [&](std::ptrdiff_t k) {
-        const auto& holder = surface.holders[k];
-        const int i        = s.contacts.place_of[holder.particle];
-        if (i < 0) return;
-        held[k].holder = static_cast<int>(k);
-        held[k].x      = has_cells(model.method) ? p.corner[p.cell[i][holder.corner]] : p.x[i] + p.edges[i] * holder.place;
-        if (!p.turns.empty()) held[k].turns = p.turns[i];
-    });
-    if (!s.ranks->is_alone()) {
-        std::vector<Held<D>> mine = held;
-        std::erase_if(mine, [](const Held<D>& one) { return one.holder < 0; });
-        for (const std::vector<Held<D>>& of_rank : gather_all(*s.ranks, mine))
-            for (const Held<D>& one : of_rank) held[one.holder] = one;
-    }
-    return held.front().holder < 0 ? std::vector<Held<D>>{} : held;
+    for (const std::vector<Held<D>>& of_rank : gather_all(*s.ranks, mine))
+        for (const Held<D>& one : of_rank) held[one.holder] = one;
+    return held;
 }
 
 /// A direction of an obstacle at the start, as it is now.
@@ -583,19 +595,22 @@ void keep_planes_of_symmetry(const std::vector<Condition<D>>& conditions, Contac
 template <int D>
 std::vector<Vec<D>> vertices_of(const ContactSurface<D>& surface, const Model<D>& model, const State<D>& s)
 {
-    const std::vector<Held<D>> held = held_by(surface, model, s);
-    if (held.empty()) return {};
+    std::vector<Held<D>> on_ranks;
+    if (!s.ranks->is_alone()) on_ranks = held_on_ranks(surface, model, s);
+    auto held = [&](std::ptrdiff_t k) { return on_ranks.empty() ? held_by(surface, k, model, s) : on_ranks[k]; };
+    if (held(0).holder < 0) return {};
     const Vec<D> period = period_of(model);
     std::vector<Vec<D>> r(surface.outline.corners.size());
     parallel_for_each(static_cast<std::ptrdiff_t>(r.size()), [&](std::ptrdiff_t v) {
-        if (has_cells(model.method)) {
-            r[v] = held[surface.first[v]].x;
+        if (has_cells(model.method)) {  // the first holder of each vertex counts
+            r[v] = held(surface.first[v]).x;
             return;
         }
         for (int k = surface.first[v]; k < surface.first[v + 1]; ++k) {
-            r[v] += held[k].x;
+            const Held<D> one = held(k);
+            r[v] += one.x;
             for (int a = 0; a < D; ++a)
-                if (period[a] > 0) r[v][a] += held[k].turns[a] * period[a];
+                if (period[a] > 0) r[v][a] += one.turns[a] * period[a];
         }
         r[v] *= 1.0 / (surface.first[v + 1] - surface.first[v]);
         for (int a = 0; a < D && !surface.outline.planes.empty(); ++a)  // each half drifts away from its image

@@ -17,12 +17,8 @@ constexpr double kAnchor  = 0.3;    ///< of the slip of a point that sticks, in 
 
 /// A matrix by rows, of which the columns are wanted: for each column its entries, rows ascending.
 struct Columns {
-    struct Entry {
-        int row;
-        double weight;
-    };
-    std::vector<int> first;
-    std::vector<Entry> entries;
+    std::vector<int> first, row;  ///< of each column, and the end of the last: where its entries begin; of each entry
+    std::vector<double> weight;
 
     /// for_each(f) calls f(row, column, weight) for all entries, rows ascending.
     template <class ForEach>
@@ -30,21 +26,26 @@ struct Columns {
     {
         for_each([&](int, int column, double) { ++first[column + 1]; });
         for (std::size_t k = 0; k < columns; ++k) first[k + 1] += first[k];
-        entries.resize(static_cast<std::size_t>(first.back()));
+        row.resize(static_cast<std::size_t>(first.back()));
+        weight.resize(row.size());
         std::vector<int> next(first.begin(), first.end() - 1);
-        for_each([&](int row, int column, double weight) { entries[static_cast<std::size_t>(next[column]++)] = {row, weight}; });
+        for_each([&](int of, int column, double value) {
+            const int e = next[column]++;
+            row[e]      = of;
+            weight[e]   = value;
+        });
     }
     /// to[column] = sum of weight from[row], in parallel; each sum in the order of the rows.
     template <class T>
     void sum(const std::vector<T>& from, std::vector<T>& to) const
     {
-        sum_by(from, to, [](double weight) { return weight; });
+        sum_by(from, to, [](double value) { return value; });
     }
     /// The same with the weights' sizes.
     template <class T>
     void sum_of_sizes(const std::vector<T>& from, std::vector<T>& to) const
     {
-        sum_by(from, to, [](double weight) { return std::fabs(weight); });
+        sum_by(from, to, [](double value) { return std::fabs(value); });
     }
 
   private:
@@ -54,7 +55,7 @@ struct Columns {
         to.resize(first.size() - 1);
         parallel_for_each(static_cast<std::ptrdiff_t>(to.size()), [&](std::ptrdiff_t k) {
             T total{};
-            for (int e = first[k]; e < first[k + 1]; ++e) total += of_weight(entries[e].weight) * from[entries[e].row];
+            for (int e = first[k]; e < first[k + 1]; ++e) total += of_weight(weight[e]) * from[row[e]];
             to[k] = total;
         });
     }
@@ -86,16 +87,15 @@ class Meeting {
         int sweeps = 1;
         for (const ContactPair<D>& pair : model_.contacts) sweeps = std::max(sweeps, pair.sweeps);
         find_yields();
-        std::vector<Vec<D>> u;
-        find_motion(v_start_, motions_before_, before_);
+        std::vector<Vec<D>> u = find_start();
         for (int sweep = 0; sweep < sweeps; ++sweep) {
-            find_motion(v_, s_.contacts.obstacles, u);
+            if (sweep > 0) u = find_motion();
             find_resistance(u);
             std::vector<Vec<D>> change(points_.size());
             parallel_for_each(count(points_), [&](std::ptrdiff_t q) { change[q] = correct(q, u[q]); });
             add(change);
         }
-        find_motion(v_, s_.contacts.obstacles, after_);
+        after_ = find_motion();
         parallel_for_each(count(points_), [&](std::ptrdiff_t q) { follow(points_[q], after_[q]); });
     }
 
@@ -165,6 +165,8 @@ class Meeting {
             }
             return r;
         };
+        first_row_.reserve(points_.size() + 1);
+        rows_of_points_.reserve(points_.size() * (1 + Face<D>::max_corners));
         first_row_.push_back(0);
         for (const ContactPoint<D>& point : points_) {
             const int slave = slave_of(point), of = point.key.of;
@@ -195,35 +197,35 @@ class Meeting {
         });
     }
 
-    /// Numbers the nodes of these rows, which then refer to these numbers.
+    /// Numbers the nodes of these rows.
     void number_nodes()
     {
         Array<int>& number = s_.contacts.number;
         if (number.size() != s_.field.nodes.size()) number = Array<int>(s_.field.nodes.size(), Pages::own);
+        node_of_row_.resize(row_count_ * rows_->size());
         for (std::size_t k = 0; k < row_count_; ++k)
             for (std::size_t n = 0; n < rows_->size(); ++n) {
-                std::ptrdiff_t& node = rows_->node(k, n);
+                const std::ptrdiff_t node = rows_->node(k, n);
                 if (number[node] == 0) {
                     node_.push_back(node);
                     number[node] = static_cast<int>(node_.size());
                 }
-                node = number[node] - 1;
+                node_of_row_[k * rows_->size() + n] = number[node] - 1;
             }
         rows_of_.emplace(node_.size(), [&](auto&& f) {
             for (std::size_t k = 0; k < row_count_; ++k)
                 for (std::size_t n = 0; n < rows_->size(); ++n)
-                    f(static_cast<int>(k), static_cast<int>(rows_->node(k, n)), rows_->weight(k, n));
+                    f(static_cast<int>(k), node_of_row_[k * rows_->size() + n], rows_->weight(k, n));
         });
         v_.resize(node_.size());
-        v_start_.resize(node_.size());
+        records_.resize(node_.size());
         inverse_mass_.resize(node_.size());
         impulse_.assign(node_.size(), {});
         const std::vector<Met> met = met_nodes();
         parallel_for_each(count(node_), [&](std::ptrdiff_t k) {
-            const Lanes& node = met[k].record;
-            v_[k]             = velocity_of<D>(node);
-            for (int a = 0; a < D; ++a) v_start_[k][a] = v_[k][a] - node[NodeLane::increment + a];
-            const double m = node[NodeLane::mass];
+            const Lanes& node = records_[k] = met[k].record;
+            v_[k]                           = velocity_of<D>(node);
+            const double m                  = node[NodeLane::mass];
             for (int a = 0; a < D; ++a) inverse_mass_[k][a] = m > 0 && !met[k].is_held[a] ? 1 / m : 0.0;
         });
     }
@@ -255,27 +257,56 @@ class Meeting {
     }
 
     /// The values of nodes at the vertices.
-    std::vector<Vec<D>> at_vertices(const std::vector<Vec<D>>& of_nodes) const
+    template <class T>
+    std::vector<T> at_vertices(const std::vector<T>& of_nodes) const
     {
-        std::vector<Vec<D>> r(row_count_);
+        std::vector<T> r(row_count_);
         parallel_for_each(count(r), [&](std::ptrdiff_t k) {
-            const auto row = static_cast<std::size_t>(k);
-            for (std::size_t n = 0; n < rows_->size(); ++n) r[row] += rows_->weight(row, n) * of_nodes[rows_->node(row, n)];
+            const auto row  = static_cast<std::size_t>(k);
+            const int* node = &node_of_row_[row * rows_->size()];
+            T sum{};
+            for (std::size_t n = 0; n < rows_->size(); ++n) sum += rows_->weight(row, n) * of_nodes[node[n]];
+            r[row] = sum;
         });
         return r;
     }
-
-    /// The relative velocities at the points, for velocities of nodes and obstacles.
-    void find_motion(const std::vector<Vec<D>>& of_nodes, const std::vector<ObstacleMotion<D>>& of_obstacles,
-                     std::vector<Vec<D>>& u) const
+    /// The difference at point q of values at the vertices.
+    template <class T>
+    T across(std::ptrdiff_t q, const std::vector<T>& at) const
     {
-        const std::vector<Vec<D>> v = at_vertices(of_nodes);
-        u.resize(points_.size());
+        T sum{};
+        for_each_row(q, [&](int row, double weight) { sum += weight * at[row]; });
+        return sum;
+    }
+
+    /// The relative velocities at the points.
+    std::vector<Vec<D>> find_motion() const
+    {
+        const std::vector<Vec<D>> v = at_vertices(v_);
+        std::vector<Vec<D>> u(points_.size());
         parallel_for_each(count(points_), [&](std::ptrdiff_t q) {
-            u[q] = {};
-            for_each_row(q, [&](int row, double weight) { u[q] += weight * v[row]; });
-            if (const int k = obstacle_of(points_[q]); k >= 0) u[q] -= velocity_at(of_obstacles[k], points_[q].at);
+            u[q] = across(q, v);
+            if (const int k = obstacle_of(points_[q]); k >= 0) u[q] -= velocity_at(s_.contacts.obstacles[k], points_[q].at);
         });
+        return u;
+    }
+    /// The same before the sweeps; and before_, those before the kick.
+    std::vector<Vec<D>> find_start()
+    {
+        const std::vector<Lanes> at = at_vertices(records_);
+        std::vector<Vec<D>> u(points_.size());
+        before_.resize(points_.size());
+        parallel_for_each(count(points_), [&](std::ptrdiff_t q) {
+            const Lanes both = across(q, at);
+            u[q]             = velocity_of<D>(both);
+            before_[q]       = u[q];
+            for (int a = 0; a < D; ++a) before_[q][a] -= both[NodeLane::increment + a];
+            if (const int k = obstacle_of(points_[q]); k >= 0) {
+                u[q] -= velocity_at(s_.contacts.obstacles[k], points_[q].at);
+                before_[q] -= velocity_at(motions_before_[k], points_[q].at);
+            }
+        });
+        return u;
     }
 
     /// The inverse inertias of the obstacles that forces move, and how much they yield at the points.
@@ -344,12 +375,13 @@ class Meeting {
         points_of_->sum_of_sizes(areas, of_vertices);
         rows_of_->sum(of_vertices, of_nodes);
         std::vector<Vec<D>> response(node_.size());
-        for (std::size_t k = 0; k < node_.size(); ++k) response[k] = of_nodes[k] * inverse_mass_[k];
+        parallel_for_each(count(node_), [&](std::ptrdiff_t k) { response[k] = of_nodes[k] * inverse_mass_[k]; });
         const std::vector<Vec<D>> at = at_vertices(response);
         resistance_.resize(points_.size());
         parallel_for_each(count(points_), [&](std::ptrdiff_t q) {
-            resistance_[q] = {};
-            for_each_row(q, [&](int row, double weight) { resistance_[q] += std::fabs(weight) * at[row]; });
+            Vec<D> sum{};
+            for_each_row(q, [&](int row, double weight) { sum += std::fabs(weight) * at[row]; });
+            resistance_[q] = sum;
         });
         find_resistance_of_obstacles(areas);
     }
@@ -515,11 +547,13 @@ class Meeting {
     std::vector<RowOfPoint> rows_of_points_;
     std::size_t row_count_ = 0;
     std::optional<VertexRows<D>> rows_;
-    std::optional<Columns> points_of_;                          ///< by vertices
-    std::optional<Columns> rows_of_;                            ///< by nodes
-    std::vector<std::ptrdiff_t> node_;                          ///< records of the nodes
-    std::vector<Vec<D>> v_start_, v_, inverse_mass_, impulse_;  ///< v_start_: before the kick
-    std::vector<Vec<D>> before_, after_, resistance_;           ///< at the points
+    std::vector<int> node_of_row_;      ///< their nodes, numbers in node_
+    std::optional<Columns> points_of_;  ///< by vertices
+    std::optional<Columns> rows_of_;    ///< by nodes
+    std::vector<std::ptrdiff_t> node_;  ///< records of the nodes
+    std::vector<Lanes> records_;        ///< of the nodes, after the kick
+    std::vector<Vec<D>> v_, inverse_mass_, impulse_;
+    std::vector<Vec<D>> before_, after_, resistance_;  ///< at the points
     std::vector<Inertia> inertias_;
     std::vector<Yield> yields_;             ///< at the points
     std::vector<Resistance> of_obstacles_;  ///< likewise

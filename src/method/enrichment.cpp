@@ -1,5 +1,6 @@
 #include "method/enrichment.hpp"
 
+#include "material/branches.hpp"
 #include "particles/cell_seeding.hpp"
 #include "shape/cell_weights.hpp"
 
@@ -359,7 +360,10 @@ double enriched_time_step(const Model<D>& model, const Particles<D>& p)
             Mat<D> S{};
             for (int c = 0; c < k.count; ++c) S += (1 / k.w[c]) * outer(k.g[c], k.g[c]);
             const Material& m = model.materials[p.material[i]];
-            return (D * m.lambda + 2 * m.mu) * k.V / p.m[i] * largest_row(S);
+            const bool stiffens =
+                m.law->is_hyperelastic && changes_stiffness<D>(m) && det(p.F[i]) > 0;  // F is 0 before the start
+            const double stiffened = stiffens ? stiffness(m, p.F[i], nullptr).modulus / (det(p.F[i]) * m.p_wave_modulus()) : 1.0;
+            return stiffened * (D * m.lambda + 2 * m.mu) * k.V / p.m[i] * largest_row(S);
         },
         [](double& total, double one) { total = std::max(total, one); });
     return 2 / std::sqrt(largest);

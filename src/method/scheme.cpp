@@ -28,8 +28,8 @@ std::string describe(Fault fault, const MethodSpec& method)
     case Fault::inverted:
         return std::string("its volume ratio J = det F is not positive (the deformation of one step is too large); a smaller "
                            "time step") +
-               (projects_again(method) ? "" : ", scheme = \"musl\"") +
-               (method.domain == Domain::point ? " or a method with particle domains (cpdi1)" : "") + " may help";
+               (projects_again(method) || keeps_corner_velocity(method) ? "" : ", scheme = \"musl\"") +
+               (domains_deform(method) ? "" : " or a method whose domains deform and turn (cpdi1)") + " may help";
     case Fault::not_finite: return "its state is not a finite number; a smaller time step may help";
     case Fault::left_grid: return "it left the grid; make [grid] size larger or put a [[boundary]] on that face";
     case Fault::domain_turned:
@@ -76,11 +76,24 @@ void agree_on_fits(const MethodSpec& method, State<D>& s)
     p.fit.fallback = counts[1];
 }
 
+/// What else a particle says that is faster than the waves in it.
+template <int D>
+std::string speed_text(const Model<D>& model, const Particles<D>& p, int i)
+{
+    const double c = model.materials[p.material[i]].wave_speed(), v = norm(p.v[i]);
+    if (!(v > c)) return "";
+    return fmt::format(
+        "; it moves at {:.4g} m/s and waves in it at {:.4g} m/s: if nothing drove it that fast, the run has gained energy "
+        "or torn: use a {} (docs/which-method.md)",
+        v, c,
+        domains_deform(model.method) ? "smaller time step or another method" : "method whose domains deform and turn (cpdi1)");
+}
+
 /// Takes the reports of all ranks on a step. Throws what is wrong in the first tile with a fault.
 template <int D>
-void agree(const MethodSpec& method, State<D>& s)
+void agree(const Model<D>& model, State<D>& s)
 {
-    agree_on_fits(method, s);
+    agree_on_fits(model.method, s);
     const double faulty = tile_of_fault(s);
     double all[]        = {s.report.move, s.report.reach, -faulty};
     s.ranks->largest(all);
@@ -91,8 +104,8 @@ void agree(const MethodSpec& method, State<D>& s)
     throw NumericalError(text_of_first(*s.ranks, faulty, [&] {
         const Particles<D>& p = s.particles;
         const int i           = s.report.particle;
-        return fmt::format("step {}, t = {:.6g} s: particle {} of body {} at {}, J = {:.4g}: {}", s.n, s.t, p.id[i], p.body[i],
-                           place_text(p.x[i]), det(p.F[i]), describe(s.report.fault, method));
+        return fmt::format("step {}, t = {:.6g} s: particle {} of body {} at {}, J = {:.4g}: {}{}", s.n, s.t, p.id[i], p.body[i],
+                           place_text(p.x[i]), det(p.F[i]), describe(s.report.fault, model.method), speed_text(model, p, i));
     }));
 }
 
@@ -171,7 +184,7 @@ void Scheme<D>::step(State<D>& s, double dt) const
     s.dt_prev = dt;
     ++s.n;
     s.field.mass.is_formed = false;  // particles have moved
-    agree(model_.method, s);         // only here: in the last output, time and particles must match
+    agree(model_, s);                // only here: in the last output, time and particles must match
 }
 
 template <int D>

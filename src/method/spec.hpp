@@ -91,8 +91,9 @@ inline bool is_static(const MethodSpec& s) { return s.scheme == TimeScheme::quas
 inline double ghost_penalty_of(const MethodSpec& s) { return s.ghost_penalty >= 0 ? s.ghost_penalty : 0.001; }
 /// The least that is stable at any step, with which velocities need no accelerations.
 inline double newmark_beta_of(const MethodSpec& s) { return s.newmark_beta >= 0 ? s.newmark_beta : 0.5 * s.newmark_gamma; }
-/// Lumped rows take energy from implicit steps, which are stable without; explicit steps need them.
-inline double lump_below_of(const MethodSpec& s) { return s.lump_below >= 0 ? s.lump_below : is_implicit(s) ? 0.0 : 0.3; }
+/// Lumped rows take energy from implicit steps, which are stable without; explicit steps need them. Rows of slivers alone make the matrix too nearly
+/// singular for its solver.
+inline double lump_below_of(const MethodSpec& s) { return s.lump_below >= 0 ? s.lump_below : is_implicit(s) ? 1e-4 : 0.3; }
 /// The degree of the splines; 1 for hats.
 inline int degree_of(Basis basis)
 {

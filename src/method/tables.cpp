@@ -221,7 +221,7 @@ constexpr Setting kSettings[] = {
     Setting{"filter_every", &MethodSpec::filter_every, 1, 1e9, "steps from one filtering to the next", true},
     Setting{"a0", &MethodSpec::a0, 0, 1, "ddmpm: weight of the plain gradient in the middle of a cell"},
     Setting{"lump_below", &MethodSpec::lump_below, 0, 1, "consistent mass: nodes with a filled fraction below this are lumped",
-            false, "0.3; implicit schemes 0, or 0.02 with boundaries of type velocity or displacement"},
+            false, "0.3; implicit schemes 1e-4, or 0.02 with boundaries of type velocity or displacement"},
     Setting{"stretch_limit", &MethodSpec::stretch_limit, 0, 30,
             "parallelepiped: largest distance of a corner from the particle, cells; wider domains are scaled down (Homel et al. "
             "2016); 0: no limit"},

@@ -29,7 +29,6 @@ class VertexRows {
         }
     }
     std::size_t size() const { return size_; }
-    std::ptrdiff_t& node(std::size_t row, std::size_t n) { return nodes_[row * size_ + n]; }
     std::ptrdiff_t node(std::size_t row, std::size_t n) const { return nodes_[row * size_ + n]; }
     double weight(std::size_t row, std::size_t n) const { return weights_[row * size_ + n]; }
 

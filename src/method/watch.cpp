@@ -6,6 +6,7 @@
 #include "method/diagnostics.hpp"
 #include "method/place.hpp"
 #include "method/sums.hpp"
+#include "method/tables.hpp"
 
 #include <fmt/format.h>
 
@@ -87,7 +88,8 @@ void Watch<D>::look_for_growth(const State<D>& s)
 {
     if (s.n % interval != 0) return;
     const Totals e = totals(model_, s);
-    const std::array exchanged{e.potential - energies_[1], e.dissipated + e.artificial,
+    // Artificial viscosity that has given energy is a gain, not an exchange.
+    const std::array exchanged{e.potential - energies_[1], e.dissipated + std::max(0.0, e.artificial),
                                s.account.boundary_work(),  s.account.traction_work(),
                                s.account.body_force_work,  s.account.damped,
                                s.account.staged,           s.contacts.work() + s.account.nodes_work};
@@ -118,7 +120,7 @@ std::string Watch<D>::remedy_for_growth() const
         return "fits gain energy where bodies meet, little with a limiter: use cpdi1, or [[contact]], which gives bodies fields "
                "of their own";
     std::string more;
-    if (m.domain == Domain::point) more += " or a method with particle domains (cpdi1)";
+    if (!domains_deform(m)) more += " or a method whose domains deform and turn (cpdi1)";
     if (!strains_by_advanced(m)) more += updates_stress_last(m) ? " or strain_velocity = 1" : " or scheme = \"usl\"";
     return "a smaller time step" + more + " may help; a jump in the motion of a boundary or in a force does it too";
 }
@@ -146,9 +148,9 @@ void Watch<D>::look_for_gaps(const State<D>& s)
     while (i < p.count && distance(i) < largest) ++i;
     find(WatchSpec::gaps, text_of_first(*s.ranks, tile_of_particle(s, i), [&] {
              return fmt::format(
-                 "step {}, t = {:.6g} s: stretch has moved the particles of body {} near {} {:.3g} cells apart: points "
+                 "step {}, t = {:.6g} s: stretch has moved the points of body {} near {} {:.3g} cells apart: those "
                  "that share no nodes lose contact, and the body tears there or leaves its boundary (numerical "
-                 "fracture); use a method with particle domains, such as cpdi1, or more particles_per_cell",
+                 "fracture); use a method with particle domains that deform, such as cpdi1, or more particles_per_cell",
                  s.n, s.t, p.body[i], place_text(p.x[i]), largest / h);
          }));
 }

@@ -14,7 +14,7 @@ std::unique_ptr<Scheme<D>> make_scheme(Model<D> model);
 
 namespace setup {
 
-/// `lump_below` where it is not given. Implicit steps do best with none, but where conditions move nodes, slivers of bodies beside them would gain
+/// `lump_below` where it is not given. Implicit steps do best with little, but where conditions move nodes, slivers of bodies beside them would gain
 /// energy with the consistent mass.
 double default_lump_below(const MethodSpec& method, bool moves_nodes);
 

@@ -42,15 +42,13 @@ std::vector<char> faces_near(const Outline<D>& outline, const Vec<D>* x, const E
 
 /// The outward unit normals of the surface at the corners of each face, for vertices at x, m: of the faces around the vertex that
 /// turn from this one by less than `crease`, radians. The others lie beyond an edge of the body. Beyond planes of symmetry the body goes
-/// on as its image. Only of the faces that may meet `near`; those of others are not set.
+/// on as its image. Only of the faces that are near; those of others are not set.
 template <int D>
 std::vector<std::array<Vec<D>, Face<D>::max_corners>> corner_normals(const Outline<D>& outline, const Vec<D>* x,
-                                                                     const Extent<D>& near = Extent<D>::everywhere(),
-                                                                     double crease         = 0.7)
+                                                                     const std::vector<char>& is_near, double crease = 0.7)
 {
-    const auto faces                = static_cast<std::ptrdiff_t>(outline.faces.size());
-    const auto vertices             = static_cast<std::ptrdiff_t>(outline.corners.size());
-    const std::vector<char> is_near = faces_near(outline, x, near);
+    const auto faces    = static_cast<std::ptrdiff_t>(outline.faces.size());
+    const auto vertices = static_cast<std::ptrdiff_t>(outline.corners.size());
     std::vector<char> has_normals(vertices);
     parallel_for_each(vertices, [&](std::ptrdiff_t v) {
         for (int i = outline.first[v]; i < outline.first[v + 1]; ++i)
@@ -100,6 +98,13 @@ std::vector<std::array<Vec<D>, Face<D>::max_corners>> corner_normals(const Outli
         }
     });
     return r;
+}
+
+/// The same of all faces.
+template <int D>
+std::vector<std::array<Vec<D>, Face<D>::max_corners>> corner_normals(const Outline<D>& outline, const Vec<D>* x)
+{
+    return corner_normals(outline, x, std::vector<char>(outline.faces.size(), 1));
 }
 
 /// Linear weights of the corners at a place of a face: along one edge from corner 0, in 3D also along the other.

@@ -262,13 +262,16 @@ TEST(ImplicitSteps, LoadStepsBeginLikeTheLast)
 /// A step that never converges names node, particle, body and law, or a body that nothing holds.
 TEST(ImplicitSteps, HopelessStepsSayWhere)
 {
-    for (const bool is_guided : {false, true}) {
+    enum { free, guided, hinged };
+    for (const auto held : {free, guided, hinged}) {
         MethodSpec spec    = implicit_spec(TimeScheme::quasi_static);
         spec.step_halvings = 2;
         Model<2> model     = test::unit_box<2>(6, spec);
         model.gravity      = {0.0, -1.0};
-        if (is_guided)
+        if (held == guided)
             model.conditions.push_back({.axis = 0, .outer_is_above = false, .at = 1.0 / 3, .type = ConditionType::symmetry});
+        if (held == hinged)
+            model.conditions.push_back({.region = [](const Vec<2>& x) { return norm(x - Vec<2>::filled(1.0 / 3)) < 0.01; }});
         const auto scheme = make_scheme(std::move(model));
         State<2> s        = scheme->start(plant_all(scheme->model(), test::block(scheme->model(), 1.0 / 3, 0.75, 2)));
         try {
@@ -277,8 +280,9 @@ TEST(ImplicitSteps, HopelessStepsSayWhere)
         } catch (const NumericalError& e) {
             const std::string text = e.what();
             const std::vector<std::string> words =
-                is_guided ? std::vector<std::string>{"halvings", "free to move", "body 0", "neo-hookean"}
-                          : std::vector<std::string>{"nothing holds body 0"};
+                held == hinged   ? std::vector<std::string>{"halvings", "free to move", "body 0", "neo-hookean"}
+                : held == guided ? std::vector<std::string>{"nothing holds body 0 along y"}
+                                 : std::vector<std::string>{"nothing holds body 0: no boundary"};
             for (const std::string& word : words) EXPECT_NE(text.find(word), std::string::npos) << text;
         }
     }

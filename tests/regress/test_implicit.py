@@ -193,6 +193,10 @@ class Ends(Implicit):
         floor = '[[obstacle]]\nname = "floor"\nshape = "half-space"\npoint = [0.0, 0.499999]\nnormal = [0.0, 1.0]\nfriction = 0.5\n'
         self.refused(self.static(box([1.0, 0.5], [2.0, 1.0]), floor), "nothing holds body 0", "it touches no obstacle", code=1)
 
+    def test_a_body_that_is_free_along_a_periodic_axis(self):
+        sides = '[[boundary]]\nface = ["x-min", "x-max"]\ntype = "periodic"\n[[boundary]]\nface = "y-min"\ntype = "symmetry"\n'
+        self.refused(self.static(box([0.0, 0.0], [3.0, 1.0]), sides), "nothing holds body 0 along x", code=1)
+
     def test_a_floor_that_goes_down(self):
         """Steps in which it leaves the body at first are taken in parts."""
         floor = '[[obstacle]]\nname = "o"\nshape = "half-space"\npoint = [0.0, 0.5]\nnormal = [0.0, 1.0]\nfriction = 0.5\nvelocity = [0.0, "-0.002*min(1, max(0, (t - 0.1)*1e6))"]\n'
@@ -226,7 +230,83 @@ class Ends(Implicit):
         self.refused(text, "presets mpm, cpgimp, cpdi1, cpdi2")
 
 
+class Loads(Implicit):
+    """Loads that turn: the nearest answer, not where the last load step would lead."""
+
+    def soil(self, law, load, preset="cpdi1", time=(4.0, 1.0)):
+        text = case([0.5, 8.0], dict(preset=f'"{preset}"', scheme='"static"'), time, box([0.0, 0.0], [0.5, 1.0]),
+                    '[[boundary]]\nface = ["x-min", "x-max", "y-min"]\ntype = "symmetry"\n'
+                    f'[[traction]]\nbody = "b"\nface = "y-max"\ntype = "dead"\nvalue = ["0", "{load}"]\n'
+                    f'[output]\ninterval = {time[1]}\nfields = ["deformation_gradient"]')
+        return text.replace('name = "m"', f'name = "m"\nmodel = "{law}"\nfriction_angle = 30\ndilation_angle = 10\ncohesion = 2e3', 1)
+
+    def stretches(self):
+        """In each frame the least and the largest stretch along y."""
+        all_of_them = [particle_data(read_vtk(file))["deformation_gradient"] for _, file in frames(self.dir / "out")]
+        return numpy.array([(F[:, 4].min(), F[:, 4].max()) if F.shape[1] == 9 else (F[:, 3].min(), F[:, 3].max()) for F in all_of_them])
+
+    def test_a_load_that_turns_and_stays(self):
+        """Pressed, then pulled, unloaded or less pressed, all without yield: the stretch is that of the load, and it stays."""
+        for law in ("drucker-prager", "mohr-coulomb"):
+            for preset in ("cpdi1", "cpdi2"):
+                for last in (1e3, 0.0, -2e3):
+                    with self.subTest(law, preset=preset, last=last):
+                        self.run_case(self.soil(law, f"-2e4 + {2e4 + last}*min(max(t-1, 0), 1)", preset), "--overwrite")
+                        seen = self.stretches()
+                        self.assertLess(numpy.ptp(seen[2:]), 1e-6)
+                        self.assertAlmostEqual(seen[-1, 0], 1 + last / 1.346e6, delta=1e-5)  # lambda + 2 mu
+
+    def test_unloading_after_yield(self):
+        """Load steps of any size come to the same, with what yield has left."""
+        seen = []
+        for dt in (1.0, 0.05):
+            weak = self.soil("drucker-prager", "-2e4 + 1.9e4*min(max(t-1, 0), 1)", time=(4.0, dt)).replace("friction_angle = 30", "friction_angle = 10")
+            self.run_case(weak.replace("cohesion = 2e3", "cohesion = 1e3"), "--overwrite", "--set", "output.interval=1")
+            seen.append(self.stretches()[:, 0])
+        self.assertLess(numpy.abs(seen[0] - seen[1]).max(), 1e-9)
+        self.assertGreater(1 - 1e3 / 1.346e6 - seen[0][-1], 1e-3)
+
+    def test_a_load_step_too_large(self):
+        """A bar drawn to 2.2 times its length is not taken in one step."""
+        text = case([1.0, 5.0], dict(preset='"cpdi2"', scheme='"static"'), (1.0, 1.0), box([0.0, 0.0], [1.0, 1.0]), box([0.0, 1.0], [1.0, 1.5], name="grip"),
+                    '[[boundary]]\nface = ["x-min", "x-max", "y-min"]\ntype = "symmetry"\n'
+                    '[[boundary]]\nbody = "grip"\ntype = "displacement"\nvalue = ["free", "1.2*t"]\n')
+        self.refused(text.replace('"static"', '"static"\nstep_halvings = 0'), "would change its volume by a factor of", code=1)
+        self.assertGreater(self.run_case(text, "--overwrite")["step_halvings"][-1], 0)
+
+    def test_a_load_without_a_near_answer(self):
+        """Pulled beyond the strength: an error, not a body that flies away."""
+        self.refused(self.soil("drucker-prager", "-2e4 + 2.5e4*min(max(t-1, 0), 1)"), "has no solution after", "law drucker-prager", code=1)
+
+
 class Bounce(Implicit):
+    def test_obstacles_give_no_energy(self):
+        """Nor with newmark, which would if their forces were means of the ends of steps (1.13 times the energy)."""
+        floor = '[[obstacle]]\nname = "floor"\nshape = "half-space"\npoint = [0.0, 0.5]\nnormal = [0.0, 1.0]\n'
+        for scheme in ("midpoint", "newmark"):
+            for mass in ("lumped", "consistent"):
+                with self.subTest(scheme, mass=mass):
+                    seen = self.run_case(case([2.0, 2.0], dict(preset='"cpdi2"', scheme=f'"{scheme}"', mass=f'"{mass}"'), (0.4, 0.005),
+                                              box([0.5, 0.5], [1.5, 1.0], "velocity = [0.0, -1.0]"), floor + 'type = "frictionless"', spacing=0.125), "--overwrite")
+                    self.assertLess(seen["total_energy"].max(), 1.001 * seen["total_energy"][0])
+                    self.assertGreater(seen["floor_dissipation"][-1], 0)
+                    self.assertGreater(seen["momentum_y"][-1], 0.6 * abs(seen["momentum_y"][0]))
+
+    def test_a_block_comes_to_rest_with_any_beta(self):
+        floor = '[[obstacle]]\nname = "floor"\nshape = "half-space"\npoint = [0.0, 0.5]\nnormal = [0.0, 1.0]\nfriction = 0.3\n'
+        for beta, gamma in ((0.35, 0.7), (0.6, 0.7)):
+            with self.subTest(beta=beta, gamma=gamma):
+                seen = self.run_case("gravity = [0.0, -10.0]\n" + case([2.0, 2.0], dict(preset='"cpdi2"', scheme='"newmark"', newmark_beta=beta, newmark_gamma=gamma), (2.0, 0.01),
+                                                                       box([0.5, 0.5], [1.5, 1.0]), floor), "--overwrite")
+                self.assertLess(abs(seen["momentum_y"][-1]), 0.1)  # of 500 kg; 17 with contact that acts as other forces do
+                self.assertAlmostEqual(seen["floor_force_y"][-1], -5000, delta=1)
+
+    def test_slivers_leave_the_mass_matrix_regular(self):
+        """A ring of quadratic splines, whose surface cuts cells anywhere."""
+        done = ordo("verify", "ring", "--method", "bscpdi2", "--cells", "40", "--set", "method.scheme=midpoint", "--set", "method.mass=consistent", "--set", "cfl=4",
+                    "--set", "end=0.005", cwd=self.dir)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
     def test_a_block_bounces_with_the_consistent_mass(self):
         seen = self.run_case("gravity = [0.0, 0.0]\n" + case([2.0, 2.0], dict(preset='"cpdi1"', scheme='"midpoint"', mass='"consistent"'), (0.2, 0.002), box([0.5, 0.55], [1.5, 1.05], "velocity = [0.0, -1.0]"),
                              '[[obstacle]]\nname = "floor"\nshape = "half-space"\npoint = [0.0, 0.5]\nnormal = [0.0, 1.0]\n', spacing=0.125))

@@ -396,7 +396,7 @@ void check_search(const Surface<D>& s, double reach)
     const FaceSearch<D> search(s.outline, s.x.data(), s.n.data(), reach);
     Extent<D> part       = Extent<D>::everywhere();
     part.low[0]          = 0.3;
-    const auto n_of_part = corner_normals(s.outline, s.x.data(), part.widened(reach));
+    const auto n_of_part = corner_normals(s.outline, s.x.data(), faces_near(s.outline, s.x.data(), part.widened(reach)));
     const FaceSearch<D> search_in_part(s.outline, s.x.data(), n_of_part.data(), reach, part);
     int found = 0, none = 0, in_part = 0;
     for (int k = 0; k < 400; ++k) {

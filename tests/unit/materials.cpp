@@ -252,6 +252,46 @@ TEST(Materials, OgdenClosedForms)
     EXPECT_NEAR(sheared(0, 1), (shear(big) - shear(1 / big)) / (big + 1 / big), 1e-10);
 }
 
+/// Waves of St. Venant-Kirchhoff's law are as fast as its stiffness says at most, and along a stretch as fast.
+template <int D>
+void check_stiffening()
+{
+    using T         = Dual<Dual<double>>;
+    const auto law  = StVenantKirchhoff::of(test::sample_material("st-venant-kirchhoff"));
+    auto modulus_of = [&](const Mat<D>& F, const Vec<D>& along, const Vec<D>& by) {  // d^2 W/de^2 for F' = (I + e by along^T) F
+        const Mat<D> change = outer(by, along) * F;
+        Mat<D, T> f;
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j < D; ++j) f(i, j) = T(Dual<double>(F(i, j), change(i, j)), Dual<double>(change(i, j), 0.0));
+        return law.energy(f).slope.slope;
+    };
+    test::Random random(9);
+    const double at_rest = law.lambda + 2 * law.mu;
+    for (int n = 0; n < 200; ++n) {
+        const Mat<D> F = (n % 3 + 1) * 0.6 * test::random_deformation<D>(random, 0.6);
+        Vec<D> along{}, by{};
+        for (int a = 0; a < D; ++a) {
+            along[a] = test::uniform(random, -1, 1);
+            by[a]    = test::uniform(random, -1, 1);
+        }
+        along *= 1 / norm(along);
+        by *= 1 / norm(by);
+        EXPECT_LE(modulus_of(F, along, by), law.stiffness(F, nullptr).modulus * (1 + 1e-12));
+        EXPECT_GE(law.stiffness(F, nullptr).modulus, at_rest);
+    }
+    Mat<D> pulled = Mat<D>::identity();
+    pulled(0, 0)  = 1.8;
+    Vec<D> first{};
+    first[0] = 1.0;
+    EXPECT_NEAR(modulus_of(pulled, first, first), law.stiffness(pulled, nullptr).modulus, 1e-9 * at_rest);
+}
+TEST(Materials, StVenantKirchhoffStiffens)
+{
+    check_stiffening<1>();
+    check_stiffening<2>();
+    check_stiffening<3>();
+}
+
 /// Mooney and Rivlin's law is Ogden's with exponents 2 and -2: mu_1 = 2 c10, mu_2 = -2 c01.
 template <int D>
 void check_mooney_is_ogden()
