@@ -289,7 +289,8 @@ NewtonResult solve_step(StepEquations<D>& equations, const MethodSpec& method, c
         r.change           = factor;
         return r;
     };
-    const Vector rest(equations.size(), 0.0), &guess = equations.guess();
+    const Vector& guess = equations.guess();
+    const Vector rest(equations.size(), 0.0);
     if (!is_static(method) || guess == rest) return solve(guess);
     if (leads_away(equations, guess, rest)) return solve(rest);
     NewtonResult r = solve(guess);

@@ -272,7 +272,7 @@ class Meeting {
     }
     /// The difference at point q of values at the vertices.
     template <class T>
-    T across(std::ptrdiff_t q, const std::vector<T>& at) const
+    T jump_at(std::ptrdiff_t q, const std::vector<T>& at) const
     {
         T sum{};
         for_each_row(q, [&](int row, double weight) { sum += weight * at[row]; });
@@ -285,7 +285,7 @@ class Meeting {
         const std::vector<Vec<D>> v = at_vertices(v_);
         std::vector<Vec<D>> u(points_.size());
         parallel_for_each(count(points_), [&](std::ptrdiff_t q) {
-            u[q] = across(q, v);
+            u[q] = jump_at(q, v);
             if (const int k = obstacle_of(points_[q]); k >= 0) u[q] -= velocity_at(s_.contacts.obstacles[k], points_[q].at);
         });
         return u;
@@ -297,7 +297,7 @@ class Meeting {
         std::vector<Vec<D>> u(points_.size());
         before_.resize(points_.size());
         parallel_for_each(count(points_), [&](std::ptrdiff_t q) {
-            const Lanes both = across(q, at);
+            const Lanes both = jump_at(q, at);
             u[q]             = velocity_of<D>(both);
             before_[q]       = u[q];
             for (int a = 0; a < D; ++a) before_[q][a] -= both[NodeLane::increment + a];
