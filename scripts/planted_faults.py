@@ -555,6 +555,8 @@ FAULTS = [
           "sum += @std::fabs(weight) * at[row]@;", "weight > 0 ? at[row] : Vec<D>{}", ONE_SWEEP),
     fault("stiffening-forgotten", "waves of St. Venant-Kirchhoff's law are as fast as at rest", "material/st_venant_kirchhoff.hpp",
           "return {@std::max(at_rest, pulled + largest * largest * at_rest)@, 0.0};", "at_rest", "unit:Materials.StVenantKirchhoffStiffens"),
+    fault("friction-forgets-pressure", "the tangent of friction on an obstacle forgets that pressure changes it", "implicit/obstacle_forces.cpp",
+          "(along - outer(way, way)) + @pair.friction * k * outer(way, n)@;", "Mat<D>{}", "sweep:Implicit.TangentIsTheDerivativeOnObstacles"),
     fault("tangent-without-averages", "the tangent of an implicit step forgets how averages change", "implicit/particle_forces.cpp",
           "const double d_factor  = w[i] * (@d_mean_part_[i]@ * ratio_[i]", "0.0", "sweep:Implicit.TangentIsTheDerivativeIn2D"),
     fault("averages-once", "forces of an implicit step take the average once", "implicit/particle_forces.cpp",

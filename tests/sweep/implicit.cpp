@@ -2,7 +2,9 @@
 #include "implicit/newton.hpp"
 #include "implicit/scheme.hpp"
 #include "method/diagnostics.hpp"
+#include "setup/build.hpp"
 #include "setup/schemes.hpp"
+#include "sim/simulation.hpp"
 #include "solve/krylov.hpp"
 #include "support/materials.hpp"
 #include "support/particles.hpp"
@@ -92,28 +94,20 @@ struct Loaded {
     }
 };
 
-/// The equations of a step from a state that has come some steps, at random displacements: dr/du in random directions is what central
-/// differences (of fourth order) give. The matrix is the same but for loads on faces and, with averages, for what stresses have of it.
+/// The equations of a step at random displacements: dr/du in random directions is what central differences (of fourth order) give. The matrix is the
+/// same but for loads on faces and, with averages, for what stresses have of it.
 template <int D>
-void check_tangent(const MethodSpec& spec, const Material& material, Where where = Where::inside)
+void check_equations(const Model<D>& model, State<D>& s, double dt, test::Random& random)
 {
-    MethodSpec before = spec;  // loads at once are more than some laws bear at rest
-    if (is_static(spec)) before.scheme = TimeScheme::midpoint;
-    Loaded<D> body(before, material, where);
-    Model<D> model  = body.scheme->model();
-    model.method    = spec;
-    State<D>& s     = body.s;
-    const double dt = 2 * courant_time_step(model, s.particles);
-    for (int k = 0; k < 2; ++k) body.scheme->step(s, dt);
-    body.scheme->project(s);  // sorts
-
+    const MethodSpec& spec = model.method;
+    const std::string law(model.materials[0].law->name);
     const Passes<D> passes = choose_passes<D>(spec);
     const MassSolver<D> mass(passes, lump_below_of(spec), false);
     StepEquations<D> step(model, passes, mass, s, dt, [](State<D>&, double) {});
     const std::size_t n = step.size();
     auto random_vector  = [&](double size) {
         std::vector<double> x(n);
-        for (double& one : x) one = test::uniform(body.random, -size, size);
+        for (double& one : x) one = test::uniform(random, -size, size);
         return x;
     };
     const std::vector<double> u = random_vector(0.02 * model.h[0]), x = random_vector(1.0);
@@ -128,7 +122,7 @@ void check_tangent(const MethodSpec& spec, const Material& material, Where where
         for (std::size_t k = 0; k < n; ++k) difference[k] += factor * r[k] / (12 * e);
     }
     add_multiple(difference, -1.0, product);
-    EXPECT_LT(length_of(difference), 1e-7 * size) << material.law->name;
+    EXPECT_LT(length_of(difference), 1e-7 * size) << law;
 
     if (spec.averaging == Averaging::node) return;
     std::vector<double> by_matrix(n, 0.0);
@@ -140,7 +134,23 @@ void check_tangent(const MethodSpec& spec, const Material& material, Where where
                 for (int b = 0; b < D; ++b) by_matrix[D * row + a] += block(a, b) * x[D * column + b];
         });
     add_multiple(by_matrix, -1.0, product);
-    EXPECT_LT(length_of(by_matrix), 0.03 * size) << material.law->name;
+    EXPECT_LT(length_of(by_matrix), 0.03 * size) << law;
+}
+
+/// Those from a state that has come some steps.
+template <int D>
+void check_tangent(const MethodSpec& spec, const Material& material, Where where = Where::inside)
+{
+    MethodSpec before = spec;  // loads at once are more than some laws bear at rest
+    if (is_static(spec)) before.scheme = TimeScheme::midpoint;
+    Loaded<D> body(before, material, where);
+    Model<D> model  = body.scheme->model();
+    model.method    = spec;
+    State<D>& s     = body.s;
+    const double dt = 2 * courant_time_step(model, s.particles);
+    for (int k = 0; k < 2; ++k) body.scheme->step(s, dt);
+    body.scheme->project(s);  // sorts
+    check_equations(model, s, dt, body.random);
 }
 
 template <int D>
@@ -178,6 +188,47 @@ TEST(Implicit, TangentIsTheDerivativeForEveryLaw)
                     EXPECT_NO_THROW(check_tangent<3>(spec, test::sample_material(law.name, 3)));
                 }
             }
+}
+
+/// A block that overlaps a moving floor by a twentieth of a cell, off the axes of the grid.
+template <int D>
+void check_obstacle(const MethodSpec& spec, ContactType type, double friction, bool on_faces)
+{
+    setup::CaseSpec<D> block{};
+    block.method    = spec;
+    block.size      = Vec<D>::filled(1.0);
+    block.spacing   = Vec<D>::filled(0.2);
+    block.materials = {test::sample_material("neo-hookean", D)};
+    block.bodies    = {{.shape = Bounds<D>{Vec<D>::filled(0.2), Vec<D>::filled(0.8)}}};
+    block.time      = {.end = 1.0, .dt = 1e-3};
+    Vec<D> normal{}, point = Vec<D>::filled(0.2);
+    normal[0]     = 0.005;
+    normal[D - 1] = 1.0;
+    point[D - 1] += 0.01;
+    setup::ObstacleSpec<D> floor{.contact = {.type = type, .friction = friction, .on_faces = on_faces},
+                                 .solid   = HalfSpace<D>{point, (1 / norm(normal)) * normal}};
+    floor.velocity[0] = Field(2.0);
+    block.obstacles   = {floor};
+    Simulation<D> sim(setup::build(block));
+    sim.scheme().project(sim.state());
+    test::Random random(11);
+    check_equations(sim.model(), sim.state(), 1e-3, random);
+}
+/// Where points stick, slide and rise off an obstacle, at vertices and on faces, with every scheme and mass.
+TEST(Implicit, TangentIsTheDerivativeOnObstacles)
+{
+    for (const MethodSpec& spec : few_specs()) {
+        const bool has_faces = has_cells(spec) || spec.domain == Domain::parallelepiped;
+        if (!has_faces) continue;
+        SCOPED_TRACE(test::describe(spec));
+        for (const bool on_faces : {false, true}) {
+            check_obstacle<2>(spec, ContactType::frictional, 0.3, on_faces);
+            check_obstacle<2>(spec, ContactType::frictional, 100.0, on_faces);
+            check_obstacle<2>(spec, ContactType::frictionless, 0.0, on_faces);
+            check_obstacle<2>(spec, ContactType::tied, 0.0, on_faces);
+        }
+        check_obstacle<3>(spec, ContactType::frictional, 0.3, false);
+    }
 }
 
 /// Newton's method converges quadratically: at the end the residual falls to a multiple of its square.
