@@ -11,9 +11,8 @@
 namespace ordo {
 
 template <int D>
-ObstacleForces<D>::ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness,
-                                  double factor)
-    : model_(model), s_(s), dt_(dt), factor_(factor), first_{0}
+ObstacleForces<D>::ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness)
+    : model_(model), s_(s), dt_(dt), first_{0}
 {
     if constexpr (D > 1) {
         if (model.obstacles.empty()) return;
@@ -116,17 +115,15 @@ void ObstacleForces<D>::add_forces(std::span<const double> u, std::span<double> 
         moved_[q]         = motion_of(q, u) - obstacle_moves_[q];
         const Response of = response_to(q, moved_[q]);
         traction_[q]      = of.traction;
-        stiffness_[q]     = factor_ * points_[q].area * of.stiffness;
+        stiffness_[q]     = points_[q].area * of.stiffness;
         add(q, points_[q].area * traction_[q], r);
     }
 }
 
 template <int D>
-void ObstacleForces<D>::add_product(std::span<const double> x, std::span<double> y) const
+void ObstacleForces<D>::add_product(double factor, std::span<const double> x, std::span<double> y) const
 {
-    for (std::size_t q = 0; q < points_.size(); ++q) {
-        add(q, -(stiffness_[q] * motion_of(q, x)), y);
-    }
+    for (std::size_t q = 0; q < points_.size(); ++q) add(q, -factor * (stiffness_[q] * motion_of(q, x)), y);
 }
 
 /// A point that slides keeps the part of its slip that its shear stress holds.

@@ -16,14 +16,13 @@ template <int D>
 class ObstacleForces {
   public:
     /// Finds the points near obstacles. Sets the velocities of obstacles.
-    /// @param factor of the forces in the residual
-    ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness, double factor);
+    ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness);
 
-    /// Finds the forces for displacements u of unknown D k + a, component a of row k + 1, and adds them to r, N, without the factor.
+    /// Finds the forces for displacements u of unknown D k + a, component a of row k + 1, and adds them to r, N.
     void add_forces(std::span<const double> u, std::span<double> r);
     /// y += factor df/du x at the last of these.
-    void add_product(std::span<const double> x, std::span<double> y) const;
-    /// add(row, row, block) for the entries of -factor df/du.
+    void add_product(double factor, std::span<const double> x, std::span<double> y) const;
+    /// add(row, row, block) for the entries of -df/du.
     template <class Add>
     void for_each_entry(const Add& add) const
     {
@@ -62,14 +61,14 @@ class ObstacleForces {
 
     const Model<D>& model_;
     State<D>& s_;
-    double dt_, factor_, touching_ = 0.0;  ///< s; 1; the gap, m, that is none
+    double dt_, touching_ = 0.0;  ///< s; the gap, m, that is none
     std::vector<ContactPoint<D>> points_;
     std::vector<int> first_;  ///< of each point, and the end of the last: where its weights begin
     std::vector<Weight> weights_;
     std::vector<double> k_;                       ///< of each point, Pa/m
     std::vector<Vec<D>> moved_, obstacle_moves_;  ///< relative to the obstacle in the step, and of the obstacle there, m
     std::vector<Vec<D>> traction_;                ///< Pa
-    std::vector<Mat<D>> stiffness_;               ///< -d force : d motion times the factor, N/m
+    std::vector<Mat<D>> stiffness_;               ///< -d force : d motion, N/m
 };
 
 }  // namespace ordo

@@ -56,7 +56,7 @@ StepEquations<D>::StepEquations(const Model<D>& model, const Passes<D>& passes, 
         start_factor_     = (0.5 - beta) / beta;
     }
     contact_factor_ = is_newmark() ? 0.5 / newmark_beta_of(method()) : 1.0;
-    obstacles_.emplace(model, s, rows_, dt, kContactStiffness, contact_factor_);
+    obstacles_.emplace(model, s, rows_, dt, kContactStiffness);
     if (is_newmark()) find_start_forces();
     largest_modulus_ = parallel_reduce(
         s.particles.count, 0.0, [&](std::ptrdiff_t i) { return model_.materials[s_.particles.material[i]].p_wave_modulus(); },
@@ -432,7 +432,7 @@ void StepEquations<D>::multiply(std::span<const double> x, std::span<double> y)
     for_each_unknown([&](std::size_t k, std::ptrdiff_t node, int a) { y[k] = nodes_[node][NodeLane::increment + a]; });
     subtract_inertia(x, y, inertia_);
     penalty_.subtract_product(x.data(), y.data());
-    obstacles_->add_product(x, y);
+    obstacles_->add_product(contact_factor_, x, y);
     for (double& one : y) one = -one;
 }
 
@@ -471,7 +471,8 @@ SparseRows<Mat<D>> StepEquations<D>::matrix()
     penalty_.for_each_entry([&](int row, int column, const Vec<D>& value) {
         for (int a = 0; a < D; ++a) block_rows_.at(row - 1, column - 1)(a, a) += value[a];
     });
-    obstacles_->for_each_entry([&](int row, int column, const Mat<D>& block) { block_rows_.at(row - 1, column - 1) += block; });
+    obstacles_->for_each_entry(
+        [&](int row, int column, const Mat<D>& block) { block_rows_.at(row - 1, column - 1) += contact_factor_ * block; });
     return block_rows_.matrix();
 }
 

@@ -45,12 +45,7 @@ std::vector<ContactPoint<D>> in_pieces(std::size_t n, const F& f)
     const auto count               = static_cast<std::ptrdiff_t>(n);
     std::vector<std::vector<ContactPoint<D>>> found(static_cast<std::size_t>((count + piece - 1) / piece));
     parallel_for(static_cast<std::ptrdiff_t>(found.size()), [&](std::ptrdiff_t k) {
-        std::vector<ContactPoint<D>> own;
-        for (std::ptrdiff_t i = k * piece; i < std::min(count, (k + 1) * piece); ++i) {
-            f(i, own);
-            if (own.size() == 1) own.reserve(piece);  // where one is, there are more
-        }
-        found[static_cast<std::size_t>(k)] = std::move(own);
+        for (std::ptrdiff_t i = k * piece; i < std::min(count, (k + 1) * piece); ++i) f(i, found[static_cast<std::size_t>(k)]);
     });
     std::vector<ContactPoint<D>> r;
     r.reserve(std::accumulate(found.begin(), found.end(), std::size_t{0},

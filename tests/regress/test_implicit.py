@@ -280,24 +280,24 @@ class Loads(Implicit):
 
 
 class Bounce(Implicit):
+    FLOOR = '[[obstacle]]\nname = "floor"\nshape = "half-space"\npoint = [0.0, 0.5]\nnormal = [0.0, 1.0]\n'
+
     def test_obstacles_give_no_energy(self):
         """Nor with newmark, which would if their forces were means of the ends of steps (1.13 times the energy)."""
-        floor = '[[obstacle]]\nname = "floor"\nshape = "half-space"\npoint = [0.0, 0.5]\nnormal = [0.0, 1.0]\n'
         for scheme in ("midpoint", "newmark"):
             for mass in ("lumped", "consistent"):
                 with self.subTest(scheme, mass=mass):
                     seen = self.run_case(case([2.0, 2.0], dict(preset='"cpdi2"', scheme=f'"{scheme}"', mass=f'"{mass}"'), (0.4, 0.005),
-                                              box([0.5, 0.5], [1.5, 1.0], "velocity = [0.0, -1.0]"), floor + 'type = "frictionless"', spacing=0.125), "--overwrite")
+                                              box([0.5, 0.5], [1.5, 1.0], "velocity = [0.0, -1.0]"), self.FLOOR + 'type = "frictionless"', spacing=0.125), "--overwrite")
                     self.assertLess(seen["total_energy"].max(), 1.001 * seen["total_energy"][0])
                     self.assertGreater(seen["floor_dissipation"][-1], 0)
                     self.assertGreater(seen["momentum_y"][-1], 0.6 * abs(seen["momentum_y"][0]))
 
     def test_a_block_comes_to_rest_with_any_beta(self):
-        floor = '[[obstacle]]\nname = "floor"\nshape = "half-space"\npoint = [0.0, 0.5]\nnormal = [0.0, 1.0]\nfriction = 0.3\n'
         for beta, gamma in ((0.35, 0.7), (0.6, 0.7)):
             with self.subTest(beta=beta, gamma=gamma):
                 seen = self.run_case("gravity = [0.0, -10.0]\n" + case([2.0, 2.0], dict(preset='"cpdi2"', scheme='"newmark"', newmark_beta=beta, newmark_gamma=gamma), (2.0, 0.01),
-                                                                       box([0.5, 0.5], [1.5, 1.0]), floor), "--overwrite")
+                                                                       box([0.5, 0.5], [1.5, 1.0]), self.FLOOR + "friction = 0.3\n"), "--overwrite")
                 self.assertLess(abs(seen["momentum_y"][-1]), 0.1)  # of 500 kg; 17 with contact that acts as other forces do
                 self.assertAlmostEqual(seen["floor_force_y"][-1], -5000, delta=1)
 
@@ -309,7 +309,7 @@ class Bounce(Implicit):
 
     def test_a_block_bounces_with_the_consistent_mass(self):
         seen = self.run_case("gravity = [0.0, 0.0]\n" + case([2.0, 2.0], dict(preset='"cpdi1"', scheme='"midpoint"', mass='"consistent"'), (0.2, 0.002), box([0.5, 0.55], [1.5, 1.05], "velocity = [0.0, -1.0]"),
-                             '[[obstacle]]\nname = "floor"\nshape = "half-space"\npoint = [0.0, 0.5]\nnormal = [0.0, 1.0]\n', spacing=0.125))
+                             self.FLOOR, spacing=0.125))
         self.assertGreater(seen["momentum_y"][-1], 0.3 * abs(seen["momentum_y"][0]))
         self.assertLess(seen["total_energy"].max(), 1.01 * seen["total_energy"][0])
 

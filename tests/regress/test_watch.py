@@ -131,29 +131,6 @@ face = "y-max"
 value = "-5e4*t"
 """
 
-HANGING = """\
-gravity = [0.0, -10.0]
-[grid]
-size = [0.6, 1.8]
-spacing = 0.1
-[time]
-end = 0.5
-[[material]]
-name = "rubber"
-density = 1000.0
-young = 2e4
-poisson = 0.3
-[[body]]
-material = "rubber"
-shape = "box"
-lower = [0.2, 0.8]
-upper = [0.4, 1.8]
-[[boundary]]
-face = "y-max"
-type = "fixed"
-"""
-
-
 SPLASH = """\
 gravity = [0.0, -10.0]
 [grid]
@@ -197,6 +174,29 @@ class ArtificialViscosity(InTemporaryDirectory):
         done = ordo("run", "case.toml", "--quiet", "--output", "out", cwd=self.dir)
         self.assertIn("the method has added", done.stderr)
         self.assertLess(history(self.dir / "out")["artificial_viscosity_work"][-1], 0)
+
+
+HANGING = """\
+gravity = [0.0, -10.0]
+[grid]
+size = [0.6, 1.8]
+spacing = 0.1
+[time]
+end = 0.5
+[[material]]
+name = "rubber"
+density = 1000.0
+young = 2e4
+poisson = 0.3
+[[body]]
+material = "rubber"
+shape = "box"
+lower = [0.2, 0.8]
+upper = [0.4, 1.8]
+[[boundary]]
+face = "y-max"
+type = "fixed"
+"""
 
 
 class Gaps(InTemporaryDirectory):
