@@ -575,8 +575,10 @@ FAULTS = [
           "guess_[unknown(row, a)] = @dt_ * one.velocity[a]@;", "0.0", "pass:ImplicitSteps.LoadStepsBeginLikeTheLast"),
     fault("cut-through-neighbours", "parts of a matrix are cut where they are joined", "solve/direct_solver.cpp",
           "[&](int j) { return @mark_[j] == 0@; });", "mark_[j] == 1", "unit:DirectSolver.CutsMatricesOfBodies"),
+    fault("roots-forget-diagonals", "symmetric parts of a matrix lose the diagonals of what others leave", "solve/direct_solver.cpp",
+          "Eigen::Index i = has_roots ? @j@ : 0;", "j + 1", "unit:DirectSolver.CutsMatricesOfBodies"),
     fault("averaged-matrix", "the matrix of averaged steps has a particle's own dilation only", "implicit/tangent_matrix.cpp",
-          "change[ab * width + k] = @part * mean[k] / total@;", "0.0", "sweep:Implicit.TangentIsTheDerivativeIn2D"),
+          "change[ab * width + k] = @part * cell.mean[k] / total@;", "0.0", "sweep:Implicit.TangentIsTheDerivativeIn2D"),
     fault("one-row-of-a-block", "blocks of the matrix of an implicit step have the row of their first component only", "implicit/block_rows.hpp",
           "p.value[(D * m + @a@) * width", "0", "sweep:Implicit.TangentIsTheDerivativeIn2D"),
 ]

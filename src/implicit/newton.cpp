@@ -58,7 +58,8 @@ class NewtonSystem {
             if (serves_) return true;
             if (!std::isfinite(report.residual)) std::fill(x.begin(), x.end(), 0.0);
         }
-        if (!multigrid_.set_up(equations_.matrix(), places_, periodic_, cells_, equations_.held())) return false;
+        if (!multigrid_.set_up(equations_.matrix(), places_, periodic_, cells_, equations_.held(), equations_.is_symmetric()))
+            return false;
         const int before  = report.iterations;
         report            = solve_with_last(b, x, tolerance, most);
         fresh_iterations_ = report.iterations;

@@ -4,20 +4,39 @@
 
 namespace ordo {
 
-/// The particles of a body in a cell of the grid, and a matrix between all nodes of theirs.
+namespace {
+
+/// y += sum_n of[n] x_n of vectors of a length, one x_n after the other.
+template <std::size_t N>
+void add_combination(const double (&of)[N], const double* x, double* y, std::size_t length)
+{
+    for (std::size_t k = 0; k < length; ++k) {
+        double sum = y[k];
+        for (std::size_t n = 0; n < N; ++n) sum += of[n] * x[n * length + k];
+        y[k] = sum;
+    }
+}
+
+}  // namespace
+
+/// The particles of a body in a cell of the grid, and a matrix between all nodes of theirs. One serves many cells in turn.
 template <int D>
 struct TangentMatrix<D>::Cell {
     struct Weight {
-        std::size_t node;  ///< in patch.row
+        std::size_t node;  ///< in patch->row
         double value;
         Vec<D> slope;
     };
-    Patch& patch;
-    std::vector<int> particle;
-    std::vector<std::vector<Weight>> weights;  ///< of each particle
+    Patch* patch = nullptr;
+    std::span<const int> particle;
+    std::vector<NodeWeight<D>> listed;         ///< of a particle
+    std::vector<Weight> weights;               ///< of all particles, at nodes with a row
+    std::vector<std::size_t> begin;            ///< of each particle in weights, and the end
+    std::vector<double> mean, change, stress;  ///< room of add_averaged
 
-    std::size_t width() const { return D * patch.row.size(); }
-    double* entries(std::size_t row, int a) { return patch.value.data() + (D * row + a) * width(); }
+    std::span<const Weight> weights_of(std::size_t q) const { return {weights.data() + begin[q], begin[q + 1] - begin[q]}; }
+    std::size_t width() const { return D * patch->row.size(); }
+    double* entries(std::size_t row, int a) { return patch->value.data() + (D * row + a) * width(); }
 };
 
 template <int D>
@@ -46,33 +65,42 @@ void TangentMatrix<D>::add(const Fill& fill, BlockRows<D>& to) const
 {
     const std::ptrdiff_t count = std::ssize(begin_) - 1, at_once = (D == 3 ? 8 : 64) * thread_count();
     std::vector<Patch> patches;
+    std::vector<Cell> rooms(static_cast<std::size_t>(thread_count()));
     for (std::ptrdiff_t first = 0; first < count; first += at_once) {
         patches.resize(std::min(at_once, count - first));
         parallel_for(std::ssize(patches), [&](std::ptrdiff_t k) {
-            const std::ptrdiff_t begin = begin_[first + k], end = begin_[first + k + 1];
-            Cell cell{patches[k], {particle_.begin() + begin, particle_.begin() + end}, {}};
-            std::vector<std::vector<NodeWeight<D>>> listed(cell.particle.size());
-            std::vector<int>& row = cell.patch.row;
-            row.clear();
-            for (std::size_t q = 0; q < listed.size(); ++q) {
-                passes_.list_weights(view_, cell.particle[q], listed[q]);
-                for (const NodeWeight<D>& w : listed[q])
-                    if (const int r = rows_.row(w.node); r > 0) row.push_back(r - 1);
-            }
-            std::sort(row.begin(), row.end());
-            row.erase(std::unique(row.begin(), row.end()), row.end());
-            cell.patch.value.assign(cell.width() * cell.width(), 0.0);
-            cell.weights.resize(listed.size());
-            for (std::size_t q = 0; q < listed.size(); ++q)
-                for (const NodeWeight<D>& w : listed[q])
-                    if (const int r = rows_.row(w.node); r > 0)
-                        cell.weights[q].push_back(
-                            {static_cast<std::size_t>(std::lower_bound(row.begin(), row.end(), r - 1) - row.begin()), w.value,
-                             w.slope});
+            Cell& cell    = rooms[static_cast<std::size_t>(thread_index())];
+            cell.patch    = &patches[k];
+            cell.particle = {particle_.data() + begin_[first + k], particle_.data() + begin_[first + k + 1]};
+            find_weights(cell);
             fill(cell);
         });
         to.add(patches);
     }
+}
+
+/// Finds the nodes of a cell's particles and the weights there, and empties the matrix.
+template <int D>
+void TangentMatrix<D>::find_weights(Cell& cell) const
+{
+    cell.weights.clear();
+    cell.begin.assign(1, 0);
+    std::vector<int>& row = cell.patch->row;
+    row.clear();
+    for (const int i : cell.particle) {
+        passes_.list_weights(view_, i, cell.listed);
+        for (const NodeWeight<D>& w : cell.listed)
+            if (const int r = rows_.row(w.node); r > 0) {
+                row.push_back(r - 1);
+                cell.weights.push_back({static_cast<std::size_t>(r - 1), w.value, w.slope});
+            }
+        cell.begin.push_back(cell.weights.size());
+    }
+    std::sort(row.begin(), row.end());
+    row.erase(std::unique(row.begin(), row.end()), row.end());
+    for (auto& w : cell.weights)
+        w.node = static_cast<std::size_t>(std::lower_bound(row.begin(), row.end(), static_cast<int>(w.node)) - row.begin());
+    cell.patch->value.assign(cell.width() * cell.width(), 0.0);
 }
 
 template <int D>
@@ -80,14 +108,14 @@ void TangentMatrix<D>::add_own(const ParticleForces<D>& forces, Cell& cell) cons
 {
     for (std::size_t q = 0; q < cell.particle.size(); ++q) {
         const Tangent<D>& A = forces.tangent(cell.particle[q]);
-        for (const auto& from : cell.weights[q]) {
+        for (const auto& from : cell.weights_of(q)) {
             double part[D * D][D];  // A contracted with the slope of the column
             for (int ab = 0; ab < D * D; ++ab)
                 for (int c = 0; c < D; ++c) {
                     part[ab][c] = 0.0;
                     for (int d = 0; d < D; ++d) part[ab][c] += A.c[ab][D * c + d] * from.slope[d];
                 }
-            for (const auto& to : cell.weights[q])
+            for (const auto& to : cell.weights_of(q))
                 for (int a = 0; a < D; ++a) {
                     double* entry = cell.entries(to.node, a) + D * from.node;
                     for (int c = 0; c < D; ++c)
@@ -103,50 +131,51 @@ void TangentMatrix<D>::add_averaged(const ParticleForces<D>& forces, Cell& cell)
 {
     constexpr std::size_t square = D * D;
     const std::size_t width      = cell.width();
-    auto dilation_of             = [&](std::size_t q, const Vec<D>& slope) {
-        const Mat<D>& step = forces.step(cell.particle[q]);
-        return (1 / det(step)) * (cofactor(step) * slope);
-    };
-    std::vector<double> mean(width, 0.0);
+    auto dilation_of             = [&](int i) { return (1 / det(forces.step(i))) * cofactor(forces.step(i)); };  // times a slope
+    cell.mean.assign(width, 0.0);
     double total = 0.0;
     for (std::size_t q = 0; q < cell.particle.size(); ++q) {
-        const double weight = forces.weight(cell.particle[q]);
+        const double weight   = forces.weight(cell.particle[q]);
+        const Mat<D> dilation = dilation_of(cell.particle[q]);
         total += weight;
-        for (const auto& w : cell.weights[q]) {
-            const Vec<D> one = dilation_of(q, w.slope);
-            for (int c = 0; c < D; ++c) mean[D * w.node + c] += weight * one[c];
+        for (const auto& w : cell.weights_of(q)) {
+            const Vec<D> one = dilation * w.slope;
+            for (int c = 0; c < D; ++c) cell.mean[D * w.node + c] += weight * one[c];
         }
     }
     // Rows D a + b of the change of the step's component ab, and of the stress; columns are unknowns.
-    std::vector<double> change(square * width), stress(square * width);
+    cell.change.resize(square * width);
+    cell.stress.resize(square * width);
+    double *change = cell.change.data(), *stress = cell.stress.data();
     for (std::size_t q = 0; q < cell.particle.size(); ++q) {
-        const int i         = cell.particle[q];
-        const Mat<D>& step  = forces.step(i);
-        const Tangent<D>& A = forces.tangent(i);
-        const double factor = forces.scale(i) * forces.scale(i);
+        const int i           = cell.particle[q];
+        const Mat<D>& step    = forces.step(i);
+        const Tangent<D>& A   = forces.tangent(i);
+        const double factor   = forces.scale(i) * forces.scale(i);
+        const Mat<D> dilation = dilation_of(i);
         for (std::size_t ab = 0; ab < square; ++ab) {
             const double part = step(static_cast<int>(ab) / D, static_cast<int>(ab) % D) / D;
-            for (std::size_t k = 0; k < width; ++k) change[ab * width + k] = part * mean[k] / total;
+            for (std::size_t k = 0; k < width; ++k) change[ab * width + k] = part * cell.mean[k] / total;
         }
-        for (const auto& w : cell.weights[q]) {
-            const Vec<D> own = dilation_of(q, w.slope);
+        for (const auto& w : cell.weights_of(q)) {
+            const Vec<D> own = dilation * w.slope;
             for (int c = 0; c < D; ++c) {
-                double* column = change.data() + D * w.node + c;
+                double* column = change + D * w.node + c;
                 for (std::size_t ab = 0; ab < square; ++ab)
                     column[ab * width] -= own[c] / D * step(static_cast<int>(ab) / D, static_cast<int>(ab) % D);
                 for (int d = 0; d < D; ++d) column[(D * c + d) * width] += w.slope[d];
             }
         }
-        std::fill(stress.begin(), stress.end(), 0.0);
-        for (std::size_t ab = 0; ab < square; ++ab)
-            for (std::size_t cd = 0; cd < square; ++cd)
-                for (std::size_t k = 0; k < width; ++k) stress[ab * width + k] += factor * A.c[ab][cd] * change[cd * width + k];
+        std::fill(cell.stress.begin(), cell.stress.end(), 0.0);
+        for (std::size_t ab = 0; ab < square; ++ab) {
+            double of[square];
+            for (std::size_t cd = 0; cd < square; ++cd) of[cd] = factor * A.c[ab][cd];
+            add_combination(of, change, stress + ab * width, width);
+        }
         for (std::size_t m = 0; m < width; ++m) {
-            double* entry = cell.patch.value.data() + m * width;
-            for (std::size_t ab = 0; ab < square; ++ab) {
-                const double of_row = change[ab * width + m];
-                for (std::size_t k = 0; k < width; ++k) entry[k] += of_row * stress[ab * width + k];
-            }
+            double of[square];
+            for (std::size_t ab = 0; ab < square; ++ab) of[ab] = change[ab * width + m];
+            add_combination(of, stress, cell.patch->value.data() + m * width, width);
         }
     }
 }
@@ -163,9 +192,9 @@ void TangentMatrix<D>::add_mass(double factor, const std::vector<unsigned char>&
     add(
         [&](Cell& cell) {
             for (std::size_t q = 0; q < cell.particle.size(); ++q)
-                for (const auto& row : cell.weights[q])
-                    for (const auto& column : cell.weights[q]) {
-                        if (!is_coupled[cell.patch.row[row.node]] || !is_coupled[cell.patch.row[column.node]]) continue;
+                for (const auto& row : cell.weights_of(q))
+                    for (const auto& column : cell.weights_of(q)) {
+                        if (!is_coupled[cell.patch->row[row.node]] || !is_coupled[cell.patch->row[column.node]]) continue;
                         const double one = factor * view_.p.m[cell.particle[q]] * row.value * column.value;
                         for (int a = 0; a < D; ++a) cell.entries(row.node, a)[D * column.node + a] += one;
                     }

@@ -8,6 +8,7 @@
 #include "method/passes.hpp"
 
 #include <array>
+#include <span>
 #include <vector>
 
 namespace ordo {
@@ -29,6 +30,7 @@ class TangentMatrix {
     struct Cell;
     template <class Fill>
     void add(const Fill& fill, BlockRows<D>& to) const;
+    void find_weights(Cell& cell) const;
     void add_own(const ParticleForces<D>& forces, Cell& cell) const;
     void add_averaged(const ParticleForces<D>& forces, Cell& cell) const;
 

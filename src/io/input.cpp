@@ -658,9 +658,10 @@ toml::table parse_file(const std::filesystem::path& file)
     if (!in)
         throw InputError(file.string() + ": cannot be opened; give the path of a case file, such as cases/two-disks/case.toml");
     constexpr std::size_t most = std::size_t{1} << 24;  // bytes; devices may never end
-    std::string text(most + 1, '\0');
-    in.read(text.data(), static_cast<std::streamsize>(text.size()));
-    text.resize(static_cast<std::size_t>(in.gcount()));
+    std::string text;
+    for (std::array<char, 1 << 16> piece; text.size() <= most && in;
+         text.append(piece.data(), static_cast<std::size_t>(in.gcount())))
+        in.read(piece.data(), piece.size());
     if (text.size() > most) throw InputError(file.string() + ": is larger than 16 MB; that is no case file");
     return parse_text(text, file);
 }

@@ -4,6 +4,7 @@
 #include "base/parallel.hpp"
 #include "solve/scattered.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include <algorithm>
@@ -24,10 +25,13 @@ struct Part {
     int begin, end;             ///< what it eliminates
     std::vector<int> children;  ///< parts
     std::vector<int> rim;       ///< later unknowns that it changes, ascending
-    // Of the front, [eliminated, rim] in rows and columns:
+    // Of the front, [eliminated, rim] in rows and columns, P A_ee = L U. Of a symmetric matrix A_ee = L L^T, and of the front and the rest there are
+    // only lower triangles.
     Eigen::PartialPivLU<Matrix> own;
-    Matrix upper, lower;  ///< L^-1 P A_er, A_re U^-1
+    Eigen::LLT<Matrix> root;
+    Matrix upper, lower;  ///< L^-1 P A_er, A_re U^-1; of a symmetric matrix A_re L^-T is lower, and there is no upper
     Matrix rest;          ///< what its parent is to add, A_rr - lower upper
+    bool is_eliminated = false;
 
     int size() const { return end - begin; }
 };
@@ -145,6 +149,7 @@ struct DirectSolver::Parts {
     std::vector<std::vector<int>> position_of;  ///< in a front, for each thread
     std::vector<std::vector<double>> rooms;     ///< for fronts, for each thread
     Eigen::VectorXd right;                      ///< aligned, so that bits do not depend on where it lies
+    bool has_roots = false;                     ///< parts have Cholesky factors
 
     bool fits(const SparseRows<double>& m, const std::vector<Index<3>>& at) const
     {
@@ -185,10 +190,22 @@ struct DirectSolver::Parts {
             }
     }
 
-    /// Eliminates the unknowns of a part.
-    void eliminate(std::size_t p, const SparseRows<double>& matrix)
+    /// False if a part of a symmetric matrix is not positive definite.
+    bool eliminate(const SparseRows<double>& matrix, bool is_symmetric)
     {
-        Part& part    = parts[p];
+        has_roots = is_symmetric;
+        position_of.resize(thread_count());
+        rooms.resize(thread_count());
+        for (const std::vector<int>& of_rank : ranks) {
+            parallel_for(std::ssize(of_rank),
+                         [&](std::ptrdiff_t k) { eliminate(parts[of_rank[k]], entries[of_rank[k]], matrix); });
+            if (!std::all_of(of_rank.begin(), of_rank.end(), [&](int p) { return parts[p].is_eliminated; })) return false;
+        }
+        return true;
+    }
+
+    void eliminate(Part& part, const std::vector<Entry>& of_part, const SparseRows<double>& matrix)
+    {
         const int own = part.size(), all = own + static_cast<int>(part.rim.size());
         std::vector<int>& position = position_of[thread_index()];
         position.resize(order.size());
@@ -197,25 +214,33 @@ struct DirectSolver::Parts {
         std::vector<double>& room = rooms[thread_index()];
         room.assign(std::ptrdiff_t{all} * all, 0.0);
         Eigen::Map<Matrix> front(room.data(), all, all);
-        for (const Entry& e : entries[p]) front(position[e.row], position[e.column]) += matrix.value[e.at];
+        for (const Entry& e : of_part)
+            if (!has_roots || e.row >= e.column) front(position[e.row], position[e.column]) += matrix.value[e.at];
         for (const int c : part.children) {
             Part& child = parts[c];
             for (Eigen::Index j = 0; j < child.rest.cols(); ++j) {
                 const int to = position[child.rim[j]];
-                for (Eigen::Index i = 0; i < child.rest.rows(); ++i) front(position[child.rim[i]], to) += child.rest(i, j);
+                for (Eigen::Index i = has_roots ? j : 0; i < child.rest.rows(); ++i)
+                    front(position[child.rim[i]], to) += child.rest(i, j);
             }
             child.rest.resize(0, 0);
         }
-        if (own == 0) {
-            part.rest = front;
+        part.is_eliminated = true;
+        part.lower         = front.bottomLeftCorner(all - own, own);
+        part.rest          = front.bottomRightCorner(all - own, all - own);
+        if (own == 0) return;
+        if (has_roots) {
+            part.root.compute(front.topLeftCorner(own, own));
+            part.is_eliminated = part.root.info() == Eigen::Success;
+            if (!part.is_eliminated) return;
+            part.root.matrixL().transpose().solveInPlace<Eigen::OnTheRight>(part.lower);
+            part.rest.selfadjointView<Eigen::Lower>().rankUpdate(part.lower, -1.0);
             return;
         }
         part.own.compute(front.topLeftCorner(own, own));
         part.upper = part.own.permutationP() * front.topRightCorner(own, all - own);
         part.own.matrixLU().triangularView<Eigen::UnitLower>().solveInPlace(part.upper);
-        part.lower = front.bottomLeftCorner(all - own, own);
         part.own.matrixLU().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(part.lower);
-        part.rest = front.bottomRightCorner(all - own, all - own);
         part.rest.noalias() -= part.lower * part.upper;
     }
 
@@ -228,8 +253,12 @@ struct DirectSolver::Parts {
         for (const Part& part : parts) {
             if (part.size() == 0) continue;
             auto own = mine(part);
-            own      = part.own.permutationP() * Eigen::VectorXd(own);
-            part.own.matrixLU().triangularView<Eigen::UnitLower>().solveInPlace(own);
+            if (has_roots) {
+                part.root.matrixL().solveInPlace(own);
+            } else {
+                own = part.own.permutationP() * Eigen::VectorXd(own);
+                part.own.matrixLU().triangularView<Eigen::UnitLower>().solveInPlace(own);
+            }
             at_rim.noalias() = part.lower * own;
             for (std::size_t k = 0; k < part.rim.size(); ++k) right[part.rim[k]] -= at_rim[static_cast<Eigen::Index>(k)];
         }
@@ -239,10 +268,41 @@ struct DirectSolver::Parts {
             auto own = mine(part);
             at_rim.resize(std::ssize(part.rim));
             for (std::size_t k = 0; k < part.rim.size(); ++k) at_rim[static_cast<Eigen::Index>(k)] = right[part.rim[k]];
-            own.noalias() -= part.upper * at_rim;
-            part.own.matrixLU().triangularView<Eigen::Upper>().solveInPlace(own);
+            if (has_roots) {
+                own.noalias() -= part.lower.transpose() * at_rim;
+                part.root.matrixU().solveInPlace(own);
+            } else {
+                own.noalias() -= part.upper * at_rim;
+                part.own.matrixLU().triangularView<Eigen::Upper>().solveInPlace(own);
+            }
         }
         for (std::size_t k = 0; k < order.size(); ++k) x[order[k]] = right[k];
+    }
+
+    /// Whether factors are those of a regular matrix: a load at random moves no unknown too far and leaves a small residual; NaN does neither.
+    bool serve(const SparseRows<double>& matrix, double tolerance)
+    {
+        const std::size_t n = place.size();
+        Vector load(n), x(n);
+        for (std::size_t i = 0; i < n; ++i) {
+            double stiffness = 0.0;
+            matrix.for_each(i, [&](int, double value) { stiffness += std::fabs(value); });
+            load[i] = scattered(i) * stiffness;
+        }
+        solve(load, x);
+        double residual = 0.0, size = 0.0;
+        for (std::size_t i = 0; i < n; ++i) {
+            double rest = -load[i];
+            size += std::fabs(load[i]);
+            matrix.for_each(i, [&](int j, double value) {
+                const double one = value * x[j];
+                rest += one;
+                size += std::fabs(one);
+            });
+            residual += std::fabs(rest);
+            if (!(std::fabs(x[i]) < 1 / tolerance)) return false;
+        }
+        return residual < 1e-6 * size;
     }
 };
 
@@ -251,38 +311,15 @@ DirectSolver::~DirectSolver()                                  = default;
 DirectSolver::DirectSolver(DirectSolver&&) noexcept            = default;
 DirectSolver& DirectSolver::operator=(DirectSolver&&) noexcept = default;
 
-bool DirectSolver::factor(const SparseRows<double>& matrix, const std::vector<Index<3>>& place, double tolerance)
+bool DirectSolver::factor(const SparseRows<double>& matrix, const std::vector<Index<3>>& place, double tolerance,
+                          bool is_symmetric)
 {
     ORDO_EXPECT(matrix.first.size() == place.size() + 1);
     if (place.empty()) return true;
     if (!parts_ || !parts_->fits(matrix, place)) parts_ = std::make_unique<Parts>(matrix, place);
-    parts_->position_of.resize(thread_count());
-    parts_->rooms.resize(thread_count());
-    for (const std::vector<int>& of_rank : parts_->ranks)
-        parallel_for(std::ssize(of_rank), [&](std::ptrdiff_t k) { parts_->eliminate(of_rank[k], matrix); });
-
-    // A load at random moves no unknown too far and leaves a small residual; NaN does neither.
-    const std::size_t n = place.size();
-    Vector load(n), x(n);
-    for (std::size_t i = 0; i < n; ++i) {
-        double stiffness = 0.0;
-        matrix.for_each(i, [&](int, double value) { stiffness += std::fabs(value); });
-        load[i] = scattered(i) * stiffness;
-    }
-    parts_->solve(load, x);
-    double residual = 0.0, size = 0.0;
-    for (std::size_t i = 0; i < n; ++i) {
-        double rest = -load[i];
-        size += std::fabs(load[i]);
-        matrix.for_each(i, [&](int j, double value) {
-            const double one = value * x[j];
-            rest += one;
-            size += std::fabs(one);
-        });
-        residual += std::fabs(rest);
-        if (!(std::fabs(x[i]) < 1 / tolerance)) return false;
-    }
-    return residual < 1e-6 * size;
+    if (is_symmetric && parts_->eliminate(matrix, true) && parts_->serve(matrix, tolerance)) return true;
+    parts_->eliminate(matrix, false);
+    return parts_->serve(matrix, tolerance);
 }
 
 void DirectSolver::solve(std::span<const double> b, std::span<double> x)

@@ -424,7 +424,7 @@ void smooth(Level<D>& l, bool from_zero)
 template <int D>
 class CoarsestSolver {
   public:
-    bool factor(const Level<D>& l, double tolerance)
+    bool factor(const Level<D>& l, double tolerance, bool is_symmetric)
     {
         free_.clear();
         const std::ptrdiff_t count = l.nodes.count();
@@ -457,7 +457,7 @@ class CoarsestSolver {
         });
         side_.resize(free_.size());
         result_.resize(free_.size());
-        return solver_.factor(rows, place, tolerance);
+        return solver_.factor(rows, place, tolerance, is_symmetric);
     }
 
     /// x = A^-1 b, zero where it is held.
@@ -526,7 +526,7 @@ GridMultigrid<D>& GridMultigrid<D>::operator=(GridMultigrid&&) noexcept = defaul
 
 template <int D>
 bool GridMultigrid<D>::set_up(SparseRows<Mat<D>> matrix, const std::vector<Index<D>>& place, const Vec<D, bool>& periodic,
-                              const Index<D>& cells, const std::vector<unsigned char>& held)
+                              const Index<D>& cells, const std::vector<unsigned char>& held, bool is_symmetric)
 {
     ORDO_EXPECT(matrix.first.size() == place.size() + 1 && held.size() == place.size() * D);
     std::vector<Level<D>>& levels = parts_->levels;
@@ -558,7 +558,7 @@ bool GridMultigrid<D>::set_up(SparseRows<Mat<D>> matrix, const std::vector<Index
         levels.push_back(std::move(next));
     }
     const double rounding = 1e-14 * std::sqrt(static_cast<double>(levels[0].nodes.unknowns() + 1));
-    return parts_->direct.factor(levels.back(), rounding);
+    return parts_->direct.factor(levels.back(), rounding, is_symmetric);
 }
 
 template <int D>

@@ -35,8 +35,9 @@ class GridMultigrid {
     /// @param place lattice index of each node
     /// @param periodic,cells on a periodic axis, indices k and k + cells are the same node
     /// @param held of each unknown node * D + component: not 0 where it is given. Its row and column are taken for those of the identity.
+    /// @param is_symmetric the matrix is, up to rounding
     bool set_up(SparseRows<Mat<D>> matrix, const std::vector<Index<D>>& place, const Vec<D, bool>& periodic,
-                const Index<D>& cells, const std::vector<unsigned char>& held);
+                const Index<D>& cells, const std::vector<unsigned char>& held, bool is_symmetric = false);
 
     /// y = A x: faster than by rows of single unknowns.
     void multiply(std::span<const double> x, std::span<double> y) const;
