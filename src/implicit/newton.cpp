@@ -50,18 +50,18 @@ class NewtonSystem {
     bool solve(const Vector& b, Vector& x, double tolerance, bool is_near, KrylovReport& report)
     {
         constexpr int most = 500, patience = 4;
+        const bool is_symmetric = equations_.is_symmetric();
         std::fill(x.begin(), x.end(), 0.0);
         report = {};
         if (serves_ && is_near) {
-            report  = solve_with_last(b, x, tolerance, fresh_iterations_ + patience);
+            report  = solve_with_last(b, x, tolerance, fresh_iterations_ + patience, is_symmetric);
             serves_ = report.converged;
             if (serves_) return true;
             if (!std::isfinite(report.residual)) std::fill(x.begin(), x.end(), 0.0);
         }
-        if (!multigrid_.set_up(equations_.matrix(), places_, periodic_, cells_, equations_.held(), equations_.is_symmetric()))
-            return false;
+        if (!multigrid_.set_up(equations_.matrix(), places_, periodic_, cells_, equations_.held(), is_symmetric)) return false;
         const int before  = report.iterations;
-        report            = solve_with_last(b, x, tolerance, most);
+        report            = solve_with_last(b, x, tolerance, most, is_symmetric);
         fresh_iterations_ = report.iterations;
         serves_           = report.converged;
         report.iterations += before;
@@ -69,7 +69,7 @@ class NewtonSystem {
     }
 
   private:
-    KrylovReport solve_with_last(const Vector& b, Vector& x, double tolerance, int iterations)
+    KrylovReport solve_with_last(const Vector& b, Vector& x, double tolerance, int iterations, bool is_symmetric)
     {
         const auto& held = equations_.held();
         auto product     = [&](std::span<const double> from, std::span<double> to) {
@@ -79,7 +79,7 @@ class NewtonSystem {
         };
         auto precondition = [&](std::span<const double> from, std::span<double> to) { multigrid_.apply(from, to); };
         const KrylovLimits limits{.tolerance = tolerance, .iterations = iterations, .restart = 60};
-        if (!equations_.is_symmetric()) return gmres(product, precondition, b, x, limits);
+        if (!is_symmetric) return gmres(product, precondition, b, x, limits);
         KrylovReport r = conjugate_gradients(product, precondition, b, x, limits);
         if (r.converged || !r.negative_curvature) return r;
         KrylovReport next = gmres(product, precondition, b, x, limits);
