@@ -15,8 +15,8 @@ steps() {
 tidy            clang-tidy of all sources
 headers         each header alone, g++ and clang++
 fuzz            what reads input, 20 s a target
-release         `-O3`, warnings are errors: all tests, the whole sweep
-verify          `ordo verify --all`
+release         `-O3`, warnings are errors: all tests, the whole sweep, tangents of implicit steps in all combinations in 3D
+verify          `ordo verify --all`; static cases, the multigrid with up to 1.3 million unknowns
 sanitizers      address and undefined behaviour, contracts: all tests but studies
 minimal         clang++ without OpenMP, Gmsh and HDF5, for AVX2: all tests; at least 90 % of the lines of `src`
 clang           clang++ with all libraries and contracts: all tests
@@ -52,8 +52,11 @@ step_headers() {
   done
 }
 step_fuzz() { scripts/fuzz.sh; }
-step_release() { build_preset release -DORDO_WERROR=ON && ctest --preset release; }
-step_verify() { build_preset release -DORDO_WERROR=ON && build/release/ordo verify --all; }
+step_release() {
+  build_preset release -DORDO_WERROR=ON && ctest --preset release &&
+    build/release/tests/test_sweep --gtest_also_run_disabled_tests --gtest_filter='*DISABLED_*'
+}
+step_verify() { build_preset release -DORDO_WERROR=ON && build/release/ordo verify --all && ORDO_NIGHTLY=1 ctest --preset release -R regress.static; }
 step_sanitizers() { build_preset asan-ubsan && ctest --preset asan-ubsan; }
 step_minimal() { # another project would have to link the library of coverage too
   build_preset minimal -DCMAKE_CXX_FLAGS=--coverage && find build/minimal -name '*.gcda' -delete &&

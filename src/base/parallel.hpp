@@ -21,16 +21,26 @@ inline int thread_index() { return 0; }
 inline void set_thread_count(int) {}
 #endif
 
+/// f(k) by a call: a loop with threads and one without share its code.
+template <class F>
+[[gnu::noinline]] void call(F& f, std::ptrdiff_t k)
+{
+    f(k);
+}
+
 /// f(k) for k in [0, n), each k by one thread, in any order. The calls must not touch common data, and must not throw.
 /// `worth` is false where they are too short to pay for threads.
 template <class F>
 void parallel_for(std::ptrdiff_t n, F&& f, [[maybe_unused]] bool worth = true)
 {
-    if (n == 0) return;  // a parallel region costs some thousand instructions
 #if defined(ORDO_OPENMP)
-#pragma omp parallel for schedule(dynamic, 1) if (n > 1 && worth)
+    if (n > 1 && worth && thread_count() > 1) {  // a parallel region of one thread costs a team and two calls of the system
+#pragma omp parallel for schedule(dynamic, 1)
+        for (std::ptrdiff_t k = 0; k < n; ++k) call(f, k);
+        return;
+    }
 #endif
-    for (std::ptrdiff_t k = 0; k < n; ++k) f(k);
+    for (std::ptrdiff_t k = 0; k < n; ++k) call(f, k);
 }
 
 /// f(thread, number of threads) by all threads at once, for work that one hands to another; thread 0 is the one that calls. `worth` as above.
@@ -38,11 +48,13 @@ template <class F>
 void parallel_team(F&& f, [[maybe_unused]] bool worth = true)
 {
 #if defined(ORDO_OPENMP)
-#pragma omp parallel if (worth)
-    f(omp_get_thread_num(), omp_get_num_threads());
-#else
-    f(0, 1);
+    if (worth && thread_count() > 1) {
+#pragma omp parallel
+        f(omp_get_thread_num(), omp_get_num_threads());
+        return;
+    }
 #endif
+    f(0, 1);
 }
 
 /// Elements per piece of a reduction: fixed, so that the order of a sum does not depend on the threads.

@@ -11,9 +11,6 @@
 
 namespace ordo {
 
-/// Whether domains deform and turn with the body. Particles of other methods lose each other when it stretches or turns far.
-inline bool domains_deform(const MethodSpec& s) { return s.domain == Domain::parallelepiped || has_cells(s); }
-
 /// One choice of an axis: its value, its name in the input, a description.
 template <class E>
 struct Choice {

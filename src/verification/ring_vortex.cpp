@@ -150,7 +150,9 @@ Case ring()
              .set    = {{"nu", 0.3}, {"rims", "loaded"}},
              .cells  = {10, 20, 40},
              .bars   = orders_at_least("displacement", {10, 20, 40}, 1.85)}} +
-            averaged({20, 40})};
+            averaged({20, 40}) +
+            std::vector<Study>{by_midpoint(0.4, {40, 80}, Study::night), by_midpoint(4, {40, 80, 160}, Study::night),
+                               by_midpoint(20, {160, 320}, Study::night)}};
 }
 
 Case vortex()

@@ -191,6 +191,15 @@ std::vector<Study> averaged(const std::vector<int>& meshes)
     return r;
 }
 
+Study by_midpoint(double cfl, const std::vector<int>& meshes, Study::Length length)
+{
+    return {.method = "bscpdi2",
+            .set    = {{"method.scheme", "midpoint"}, {"cfl", cfl}},
+            .cells  = meshes,
+            .bars   = orders_at_least("displacement", meshes, 1.9) + orders_at_least("stress", meshes, cfl > 1 ? 1.9 : 1.7),
+            .length = length};
+}
+
 std::vector<Bar> orders_at_least(std::string_view name, const std::vector<int>& meshes, double low)
 {
     return orders_between(name, meshes, low, kInfinity);

@@ -101,6 +101,10 @@ std::vector<Study> reconstructed_bars()
                        .cells  = {128},
                        .bars   = {value_at_most("displacement", 128, 6e-5), value_at_most("velocity", 128, 0.4),
                                   value_at_most("stress", 128, 5e4), value_between("energy_over_exact", 128, 0.99, 1.01)}});
+    // One, ten and fifty explicit steps.
+    studies.push_back(by_midpoint(0.4, {64, 128, 256}, Study::quick));
+    studies.push_back(by_midpoint(4, {64, 128, 256}, Study::quick));
+    studies.push_back(by_midpoint(20, {128, 256, 512}, Study::quick));
     // Negative controls: the stress map of impm and its particle gradient are not adjoint.
     for (const char* method : {"impm", "cpdi1"})
         studies.push_back(
@@ -224,7 +228,9 @@ Case vibration_2d()
             {8, 16, 32, 64},
             with_amplitude(),
             [](const Request& r) { return vibrate<2>(r, 1, 0); },
-            small_amplitude({8, 16, 32}) + large_amplitude({8, 16, 32}, {8, 16, 32, 64}) + averaged({16, 32, 64})};
+            small_amplitude({8, 16, 32}) + large_amplitude({8, 16, 32}, {8, 16, 32, 64}) + averaged({16, 32, 64}) +
+                std::vector<Study>{by_midpoint(0.4, {16, 32, 64}, Study::night), by_midpoint(4, {16, 32, 64}, Study::night),
+                                   by_midpoint(20, {128, 256}, Study::night)}};
 }
 
 Case vibration_3d()

@@ -175,6 +175,47 @@ TEST(Step, FiltersEqualTheLiteralBar)
                 }
 }
 
+/// Of high order XPIC takes from the velocities of particles, orthogonally in their mass, just what nodes do not see (Hammerquist & Nairn 2017).
+TEST(Step, XpicOfHighOrderRemovesTheNullSpace)
+{
+    for (const Domain domain : {Domain::point, Domain::box, Domain::parallelepiped}) {
+        SCOPED_TRACE(name_of(domain));
+        Model<1> model            = test::unit_box<1>(16, domain);
+        model.method.filter       = Filter::xpic;
+        model.method.filter_order = 100;
+        const Explicit<1> method(model);
+        State<1> s      = method.start(plant_all(model, test::block(model, 0.25, 0.75, 2)));
+        Particles<1>& p = s.particles;
+        test::Random random(3);
+        for (int i = 0; i < p.count; ++i) p.v[i][0] = test::uniform(random, -1, 1);
+        auto product = [&](const std::vector<double>& a, const std::vector<double>& b) {
+            double sum = 0.0;
+            for (int i = 0; i < p.count; ++i) sum += p.m[i] * a[p.id[i]] * b[p.id[i]];
+            return sum;
+        };
+        /// The velocities after a step so short that nothing moves.
+        auto filtered = [&] {
+            method.step(s, 1e-9 * courant_time_step(model, p));
+            std::vector<double> v(p.count);
+            for (int i = 0; i < p.count; ++i) v[p.id[i]] = p.v[i][0];
+            return v;
+        };
+        std::vector<double> v(p.count), rest(p.count), null(p.count);
+        for (int i = 0; i < p.count; ++i) v[p.id[i]] = p.v[i][0];
+        const std::vector<double> seen = filtered(), again = filtered();
+        for (int i = 0; i < p.count; ++i) {
+            rest[i] = v[i] - seen[i];
+            EXPECT_NEAR(again[i], seen[i], 1e-8);
+        }
+        EXPECT_NEAR(product(rest, seen), 0.0, 1e-8 * product(v, v));
+        EXPECT_GT(product(rest, rest), 0.2 * product(v, v));
+        EXPECT_GT(product(seen, seen), 0.2 * product(v, v));
+        // Nodes see nothing of the rest.
+        for (int i = 0; i < p.count; ++i) p.v[i][0] = rest[p.id[i]];
+        for (const double one : filtered()) EXPECT_NEAR(one, 0.0, 1e-8);
+    }
+}
+
 /// Of the first order both are PIC: all velocities come from the nodes. Of high order XPIC leaves a field that nodes see as it is, and
 /// every projection and domain takes both, also with corners that have velocities.
 TEST(Step, FiltersGoFromPicToFlip)

@@ -3,6 +3,7 @@
 Grids are coarse, so that a run takes seconds; finer ones are in the README of each case and in docs/implicit.md.
 """
 
+import os
 import unittest
 
 import numpy
@@ -136,19 +137,26 @@ class ShippedCasesAtRest(unittest.TestCase):
         self.assertAlmostEqual(load / (2 + numpy.pi), 1, delta=0.07)  # 5.1 % by explicit steps on this grid
         self.assertLess(seen["newton_iterations"][-1], 100)
 
+    def test_strip_footing_on_nearly_incompressible_clay(self):
+        seen, _, _ = run_case(self, "strip-footing", "--threads", "1", "--set", "method.scheme=static", "--set", "time.dt=4",
+                              "--set", "output.interval=60", "--set", "material.0.poisson=0.499", "--set", "grid.spacing=0.0625")
+        load = -2 * seen["footing_force_y"][-1] / 0.002
+        self.assertAlmostEqual(load / (2 + numpy.pi), 1, delta=0.03)
+        self.assertLess(seen["newton_iterations"][-1], 120)
+
 
 class Multigrid(unittest.TestCase):
-    """Linear iterations of a step do not grow with the number of unknowns, here 13000 and 52000: docs/implicit.md has up to 1.3 million."""
+    """Linear iterations of a step do not grow with the number of unknowns, here 13000 and 52000; 1.3 million where ORDO_NIGHTLY is set."""
 
     def test_iterations_do_not_grow(self):
         counts = []
-        for spacing in (0.0125, 0.00625):
+        for spacing in (0.0125, 0.00625) + (0.00125,) * ("ORDO_NIGHTLY" in os.environ):
             seen, _, _ = run_case(self, "static", "--set", f"grid.spacing={spacing}", "--set", "method.scheme=midpoint",
                                   "--set", "method.newton_tolerance=1e-10", "--set", 'output.fields=["displacement"]', file="case-block.toml")
             self.assertEqual(seen["newton_iterations"][-1], 3)
             counts.append(seen["linear_iterations"][-1])
         self.assertLessEqual(max(counts), 13)
-        self.assertLessEqual(abs(counts[1] - counts[0]), 2)
+        self.assertLessEqual(max(counts) - min(counts), 2)
 
 
 @unittest.skipUnless(has_hdf5(), "ordo was built without HDF5")

@@ -161,6 +161,7 @@ void check_tangents(const MethodSpec& spec)
 TEST(Implicit, TangentIsTheDerivativeIn1D) { test::for_each_spec(implicit_specs(), check_tangents<1>); }
 TEST(Implicit, TangentIsTheDerivativeIn2D) { test::for_each_spec(implicit_specs(), check_tangents<2>); }
 TEST(Implicit, TangentIsTheDerivativeIn3D) { test::for_each_spec(few_specs(), check_tangents<3>); }
+TEST(Implicit, DISABLED_TangentIsTheDerivativeInAllOf3D) { test::for_each_spec(implicit_specs(), check_tangents<3>); }  // nightly
 
 TEST(Implicit, TangentIsTheDerivativeAcrossAPeriod)
 {
@@ -174,20 +175,21 @@ TEST(Implicit, TangentIsTheDerivativeAcrossAPeriod)
 TEST(Implicit, TangentIsTheDerivativeForEveryLaw)
 {
     for (const TimeScheme scheme : {TimeScheme::midpoint, TimeScheme::newmark, TimeScheme::quasi_static})
-        for (const Averaging averaging : {Averaging::none, Averaging::cell})
-            for (const LawRow& law : laws()) {
-                MethodSpec spec = test::shape_spec(Basis::hat, Domain::parallelepiped);
-                spec.scheme     = scheme;
-                spec.averaging  = averaging;
-                SCOPED_TRACE(test::describe(spec) + ", " + std::string(law.name));
-                EXPECT_NO_THROW(check_tangent<1>(spec, test::sample_material(law.name, 1)));
-                if (law.max_dim > 1) {
-                    EXPECT_NO_THROW(check_tangent<2>(spec, test::sample_material(law.name, 2)));
+        for (const Basis basis : {Basis::hat, Basis::bspline2, Basis::bspline3})
+            for (const Averaging averaging : {Averaging::none, Averaging::cell})
+                for (const LawRow& law : laws()) {
+                    MethodSpec spec = test::shape_spec(basis, Domain::parallelepiped);
+                    spec.scheme     = scheme;
+                    spec.averaging  = averaging;
+                    SCOPED_TRACE(test::describe(spec) + ", " + std::string(law.name));
+                    EXPECT_NO_THROW(check_tangent<1>(spec, test::sample_material(law.name, 1)));
+                    if (law.max_dim > 1) {
+                        EXPECT_NO_THROW(check_tangent<2>(spec, test::sample_material(law.name, 2)));
+                    }
+                    if (law.max_dim > 2 && averaging == Averaging::none && basis == Basis::hat) {
+                        EXPECT_NO_THROW(check_tangent<3>(spec, test::sample_material(law.name, 3)));
+                    }
                 }
-                if (law.max_dim > 2 && averaging == Averaging::none) {
-                    EXPECT_NO_THROW(check_tangent<3>(spec, test::sample_material(law.name, 3)));
-                }
-            }
 }
 
 /// A block that overlaps a moving floor by a twentieth of a cell, off the axes of the grid.
