@@ -3,6 +3,7 @@
 import copy
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -46,6 +47,14 @@ def program(*args, cwd):
     if done.returncode != 0:
         raise AssertionError(f"ordo {args}: {done.returncode}\n{done.stderr}")
     return done
+
+
+def has(library):
+    """Whether ordo was built with it: HDF5 (checkpoints), Gmsh (meshes)."""
+    return re.search(rf"^{library} +yes", program("--version", cwd=".").stdout, re.MULTILINE) is not None
+
+
+needs_hdf5 = unittest.skipUnless(has("HDF5"), "ordo was built without HDF5")
 
 
 class InTemporaryDirectory(unittest.TestCase):

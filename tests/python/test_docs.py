@@ -23,7 +23,7 @@ import sys
 import unittest
 
 import ordo
-from support import ORDO, ROOT, InTemporaryDirectory, program
+from support import ORDO, ROOT, InTemporaryDirectory, has, program
 
 PAGES = ["README.md", "python/README.md", "docs/python.md", "docs/report.md", "docs/cpp-api.md", *sorted(p.relative_to(ROOT).as_posix() for p in ROOT.glob("docs/tutorials/*.md"))]
 if "libasan" in os.environ.get("LD_PRELOAD", ""):  # which all programs that a page calls would get, compilers and MPI too
@@ -60,7 +60,13 @@ NOT_RUN = [
 if not (pathlib.Path(ORDO).parent / "libordo_ranks.so").exists() or not shutil.which("mpiexec"):
     NOT_RUN += [(TUTORIALS + "restart-threads-ranks.md", line, "needs ranks and mpiexec", "")
                 for line in ("mpiexec", "diff -r results/two results/ranks")]
-NEEDS = {TUTORIALS + "gmsh-to-paraview.md": "gmsh"}
+# What pages need: programs, and libraries that ordo may have been built without.
+NEEDS = {TUTORIALS + "gmsh-to-paraview.md": ("gmsh", "Gmsh"), "docs/python.md": ("HDF5",), TUTORIALS + "restart-threads-ranks.md": ("HDF5",)}
+
+
+def lacks(page):
+    return [one for one in NEEDS.get(page, ()) if not (shutil.which(one) if one.islower() else has(one))]
+
 
 # Runs steps in one interpreter; tells how each ended and what it printed.
 DRIVER = r"""
@@ -209,9 +215,9 @@ class Docs(InTemporaryDirectory):
         used = set()
         for page in PAGES:
             with self.subTest(page):
-                if NEEDS.get(page) and not shutil.which(NEEDS[page]):
+                if missing := lacks(page):
                     used |= {rule for rule in NOT_RUN if rule[0] == page}
-                    self.skipTest(f"{NEEDS[page]} is not installed")
+                    self.skipTest(f"needs {', '.join(missing)}")
                 self.run_page(page, used)
         self.assertEqual([rule[:2] for rule in NOT_RUN if rule not in used and rule[0] in PAGES], [], "NOT_RUN has what no page has")
 

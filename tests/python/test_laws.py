@@ -4,7 +4,7 @@ import unittest
 
 import numpy as np
 import ordo
-from support import BLOCK, InTemporaryDirectory, block
+from support import BLOCK, InTemporaryDirectory, block, needs_hdf5
 
 EYE = np.eye(3)
 
@@ -204,6 +204,7 @@ class State(InTemporaryDirectory):
             sim.step()
         sim.step()
 
+    @needs_hdf5
     def test_is_written_and_checkpointed(self):
         sim = ordo.Simulation(ordo.Case.from_dict(self.case))
         self.assertEqual(set(sim.particles.age.tolist()), {1.0})

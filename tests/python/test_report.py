@@ -11,7 +11,7 @@ import types
 import unittest
 
 import numpy as np
-from support import ROOT, InTemporaryDirectory, block, program
+from support import ROOT, InTemporaryDirectory, block, needs_hdf5, program
 
 import ordo
 from ordo import _units
@@ -175,6 +175,7 @@ class Limits(InTemporaryDirectory):
         write(folder, self.dir / "elsewhere.html")
         self.assertTrue((self.dir / "elsewhere.html").is_symlink() and (folder / "real.html").is_file())
 
+    @needs_hdf5
     def test_obstacles_after_a_restart(self):
         """Their places are those of the files, although history.csv begins late."""
         case = block(obstacle=[{"name": "post", "shape": "box", "lower": [0.8, 0.8], "upper": [0.9, 0.95], "velocity": [5.0, 0.0], "rotation": 20.0}],

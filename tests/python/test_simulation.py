@@ -12,7 +12,7 @@ import weakref
 
 import numpy as np
 import ordo
-from support import BLOCK, ROOT, TWO_DISKS, InTemporaryDirectory, block, program, python
+from support import BLOCK, ROOT, TWO_DISKS, InTemporaryDirectory, block, needs_hdf5, program, python
 
 
 def by_id(sim, name):
@@ -29,6 +29,7 @@ class Bits(InTemporaryDirectory):
         for name, value in state_of(a).items():
             self.assertTrue(np.array_equal(value, state_of(b)[name]), name)
 
+    @needs_hdf5
     def test_files_and_history_are_those_of_the_program(self):
         for preset in ("mpm", "cpdi1", "cpls", "cpdi2", "apic"):
             case = ordo.Case(TWO_DISKS, {"method.preset": preset, "time.end": 0.3, "output.grid": True, "checkpoint.steps": 20})
@@ -61,6 +62,7 @@ class Bits(InTemporaryDirectory):
         self.assert_same_state(whole, steps)
         self.assert_same_state(whole, watched)
 
+    @needs_hdf5
     def test_saved_states_go_on(self):
         case = ordo.Case.from_dict(block(checkpoint={"steps": 20}))
         whole = ordo.Simulation(case)
@@ -395,6 +397,7 @@ class Callbacks(InTemporaryDirectory):
         self.assertTrue(np.all(np.abs(sim.particles.v - [0, 0]) < 1e-9))  # FLIP takes increments of the kick alone
         self.assertLess(abs(h["stress_update_energy"][-1]), 1.0)
 
+    @needs_hdf5
     def test_on_step_changes_are_in_checkpoints(self):
         case = ordo.Case.from_dict(block(checkpoint={"steps": 10}, time__end=0.01))
 

@@ -83,15 +83,18 @@ def presets():
     return re.findall(r"^  (\S+) ", text.split("\n\n")[0], re.MULTILINE)
 
 
+def is_built_with(library):
+    return re.search(rf"^{library} +yes", ordo("--version", cwd=".").stdout, re.MULTILINE) is not None
+
+
 def has_hdf5():
     """Whether ordo writes checkpoints."""
-    arguments = [ORDO, "check", "--set", "checkpoint.steps=1", "/dev/stdin"]
-    return "HDF5" not in subprocess.run(arguments, input=CASE, capture_output=True, text=True).stderr
+    return is_built_with("HDF5")
 
 
 def has_gmsh():
     """Whether ordo reads meshes."""
-    return re.search(r"^Gmsh +yes", ordo("--version", cwd=".").stdout, re.MULTILINE) is not None
+    return is_built_with("Gmsh")
 
 
 def history(directory, name="history.csv"):
