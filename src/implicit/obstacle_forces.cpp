@@ -11,8 +11,9 @@
 namespace ordo {
 
 template <int D>
-ObstacleForces<D>::ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness)
-    : model_(model), s_(s), dt_(dt), first_{0}
+ObstacleForces<D>::ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness,
+                                  double reach)
+    : model_(model), s_(s), rows_(rows), dt_(dt), reach_(reach), first_{0}
 {
     if constexpr (D > 1) {
         if (model.obstacles.empty()) return;
@@ -27,7 +28,7 @@ ObstacleForces<D>::ObstacleForces(const Model<D>& model, State<D>& s, const Node
         }
         std::vector<std::vector<Vec<D>>> vertices;
         for (const ContactSurface<D>& surface : model.surfaces) vertices.push_back(vertices_of(surface, model, s));
-        points_ = find_contact_points(model, s, vertices, dt);
+        points_ = find_contact_points(model, s, vertices, dt, reach);
         VertexRows<D> one(s, 1);
         auto add_weights = [&](const Vec<D>& x, double part) {
             one.set(0, x, 0);
@@ -124,6 +125,28 @@ template <int D>
 void ObstacleForces<D>::add_product(double factor, std::span<const double> x, std::span<double> y) const
 {
     for (std::size_t q = 0; q < points_.size(); ++q) add(q, -factor * (stiffness_[q] * motion_of(q, x)), y);
+}
+
+template <int D>
+int ObstacleForces<D>::misses(std::span<const double> u) const
+{
+    if (model_.obstacles.empty()) return -1;
+    double way = 0.0;
+    for (std::size_t k = 0; k + D <= u.size(); k += D) {
+        Vec<D> of_node;
+        for (int a = 0; a < D; ++a) of_node[a] = u[k + a];
+        way = std::max(way, norm(of_node));
+    }
+    if (way <= reach_) return -1;
+    const ObstacleForces further(model_, s_, rows_, dt_, 0.0, way);
+    for (std::size_t q = 0; q < further.points_.size(); ++q) {
+        const ContactPoint<D>& point = further.points_[q];
+        const bool is_known =
+            std::binary_search(points_.begin(), points_.end(), point, [](const auto& a, const auto& b) { return a.key < b.key; });
+        if (!is_known && point.gap + dot(further.motion_of(q, u) - further.obstacle_moves_[q], point.normal) < 0)
+            return pair_of(point).obstacle;
+    }
+    return -1;
 }
 
 /// A point that slides keeps the part of its slip that its shear stress holds.

@@ -15,8 +15,8 @@ namespace ordo {
 template <int D>
 class ObstacleForces {
   public:
-    /// Finds the points near obstacles. Sets the velocities of obstacles.
-    ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness);
+    /// Finds the points within reach of obstacles, m. Sets the velocities of obstacles.
+    ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness, double reach);
 
     /// Finds the forces for displacements u of unknown D k + a, component a of row k + 1, and adds them to r, N.
     void add_forces(std::span<const double> u, std::span<double> r);
@@ -39,6 +39,8 @@ class ObstacleForces {
             for (int i = first_[q]; i < first_[q + 1] && !(stiffness_[q] == Mat<D>{}); ++i) f(weights_[i].row, stiffness_[q]);
     }
     bool is_empty() const { return points_.empty(); }
+    /// The obstacle of a point that was beyond reach and would be in it after displacements u; -1 if there is none.
+    int misses(std::span<const double> u) const;
 
     /// Leaves points, forces and work in the state, and moves the obstacles.
     void finish();
@@ -61,7 +63,8 @@ class ObstacleForces {
 
     const Model<D>& model_;
     State<D>& s_;
-    double dt_, touching_ = 0.0;  ///< s; the gap, m, that is none
+    const NodeRows<D>& rows_;
+    double dt_, reach_, touching_ = 0.0;  ///< s; m; the gap, m, that is none
     std::vector<ContactPoint<D>> points_;
     std::vector<int> first_;  ///< of each point, and the end of the last: where its weights begin
     std::vector<Weight> weights_;

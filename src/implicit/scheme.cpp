@@ -92,6 +92,12 @@ bool Implicit<D>::try_step(State<D>& s, double dt, std::string& why) const
             why = r.why + blame(s, step, r.missing) + "; a smaller time step or load, or more newton_iterations may help";
         return false;
     }
+    if (const int missed = step.missed_obstacle(r.u); missed >= 0) {
+        why = fmt::format(
+            "a body would come into obstacle \"{}\" from further away than contact is looked for; a smaller time step may help",
+            model().obstacles[missed].name);
+        return false;
+    }
     finish(s, step, r.u, r.missing, dt);
     return true;
 }

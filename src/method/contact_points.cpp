@@ -525,13 +525,6 @@ Vec<D> turned_with(const ObstacleMotion<D>& motion, const Vec<D>& v)
     return first_components<D>(rotation_of(motion.turn) * padded(v));
 }
 
-/// How far points are looked for, m: half a cell, and what bodies can close in a step.
-template <int D>
-double reach_of(const Model<D>& model, const State<D>& s)
-{
-    return (0.5 + 2 * s.move) * *std::max_element(model.h.c, model.h.c + D);
-}
-
 }  // namespace
 
 template <int D>
@@ -616,9 +609,8 @@ std::vector<Vec<D>> vertices_of(const ContactSurface<D>& surface, const Model<D>
 
 template <int D>
 std::vector<ContactPoint<D>> find_contact_points(const Model<D>& model, const State<D>& s,
-                                                 const std::vector<std::vector<Vec<D>>>& vertices, double dt)
+                                                 const std::vector<std::vector<Vec<D>>>& vertices, double dt, double reach)
 {
-    const double reach  = reach_of(model, s);
     const Vec<D> period = period_of(model);
     std::vector<PlacedSurface<D>> placed;
     for (std::size_t k = 0; k < vertices.size(); ++k) placed.emplace_back(model.surfaces[k].outline, vertices[k]);
@@ -709,7 +701,7 @@ double depth_in(const Obstacle<D>& obstacle, const Particles<D>& p, int body, do
     template void keep_planes_of_symmetry(const std::vector<Condition<D>>&, ContactSurface<D>&);                               \
     template std::vector<Vec<D>> vertices_of(const ContactSurface<D>&, const Model<D>&, const State<D>&);                      \
     template std::vector<ContactPoint<D>> find_contact_points(const Model<D>&, const State<D>&,                                \
-                                                              const std::vector<std::vector<Vec<D>>>&, double);                \
+                                                              const std::vector<std::vector<Vec<D>>>&, double, double);        \
     template std::vector<TiedPoint<D>> find_tied_points(const ContactPair<D>&, int, const std::vector<ContactSurface<D>>&,     \
                                                         const std::vector<std::vector<Vec<D>>>&, double, const Vec<D>&);       \
     template std::vector<TiedPoint<D>> find_tied_points(int, bool, const Obstacle<D>&, const ContactSurface<D>&,               \

@@ -3,6 +3,8 @@
 
 #include "method/state.hpp"
 
+#include <algorithm>
+
 namespace ordo {
 
 /// The surface of a body whose cells, in their order, are the particles from `first` on, at the start. Without the faces where it
@@ -30,9 +32,16 @@ std::vector<Vec<D>> vertices_of(const ContactSurface<D>& surface, const Model<D>
 /// The points of all contacts, also with obstacles, whose gap is within reach: half a cell and what they can close in a step. Ascending
 /// keys. `vertices` are those of each surface of the model. Anchors are those of the points of the last step that pressed.
 /// @param dt in which obstacles move, s
+/// @param reach m
 template <int D>
 std::vector<ContactPoint<D>> find_contact_points(const Model<D>& model, const State<D>& s,
-                                                 const std::vector<std::vector<Vec<D>>>& vertices, double dt);
+                                                 const std::vector<std::vector<Vec<D>>>& vertices, double dt, double reach);
+/// How far points are usually looked for, m: half a cell, and what bodies can close in a step like the last.
+template <int D>
+double contact_reach(const Model<D>& model, const State<D>& s)
+{
+    return (0.5 + 2 * s.move) * *std::max_element(model.h.c, model.h.c + D);
+}
 
 /// The vertices that touch the other surface of a pair to within `distance`, m, with their feet.
 template <int D>

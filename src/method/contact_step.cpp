@@ -75,7 +75,7 @@ class Meeting {
     {
         std::vector<std::vector<Vec<D>>> vertices;
         for (const ContactSurface<D>& surface : model_.surfaces) vertices.push_back(vertices_of(surface, model_, s_));
-        points_ = find_contact_points(model_, s_, vertices, dt_);
+        points_ = find_contact_points(model_, s_, vertices, dt_, contact_reach(model_, s_));
         if (points_.empty()) return false;
         number_vertices(vertices);
         number_nodes();

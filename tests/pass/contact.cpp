@@ -101,7 +101,7 @@ std::vector<ContactPoint<D>> points_of(const Simulation<D>& sim)
 {
     std::vector<std::vector<Vec<D>>> vertices;
     for (const ContactSurface<D>& one : sim.model().surfaces) vertices.push_back(vertices_of(one, sim.model(), sim.state()));
-    return find_contact_points(sim.model(), sim.state(), vertices, 0.0);
+    return find_contact_points(sim.model(), sim.state(), vertices, 0.0, contact_reach(sim.model(), sim.state()));
 }
 
 /// Gaps, normals, and half of the area that faces the other body from each side.

@@ -242,6 +242,16 @@ class Obstacles(test_contact.Contact):
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertIn("free to move", done.stderr)
 
+    def test_a_long_step_does_not_jump_over_a_slab(self):
+        slab = SLOPE.replace('shape = "half-space"\npoint = [0.0, 0.23]\nnormal = [0.0, 1.0]', 'shape = "box"\nlower = [0.2, 0.2]\nupper = [1.9, 0.3]')
+        for scheme in ("midpoint", "newmark"):
+            with self.subTest(scheme):
+                seen = self.run_case(slab, "--set", f"method.scheme={scheme}", "--set", "time.dt=0.35", "--set", "time.end=0.35", "--set",
+                                     "gravity=0", "--set", "obstacle.0.friction=0", "--set", "body.0.velocity=[0.0, -2.0]", "--set",
+                                     "body.0.lower=[0.53, 0.5]", "--set", "body.0.upper=[1.53, 0.9]", "--set", "method.mass=consistent")
+                self.assertGreater(seen["step_halvings"][-1], 0)
+                self.assertGreater(seen["momentum_y"][-1], 0)  # it has turned round
+
     def test_a_block_slides(self):
         seen = self.run_case(SLOPE, "--set", "method.scheme=midpoint", "--set", "time.dt=0.005", "--set", "obstacle.0.friction=0.1",
                              "--set", "time.end=0.4")
