@@ -158,17 +158,18 @@ TEST(Outside, ForcesOnNodesAreBodyForces)
         double mass = 0.0;
         a.scheme().on_nodes([&](NodeForces<2>& now) {
             mass = std::accumulate(now.nodes.mass.begin(), now.nodes.mass.end(), 0.0);
-            for (std::size_t k = 0; k < now.force.size(); ++k) now.force[k][0] += push * now.nodes.mass[k];
+            for (std::size_t k = 0; k < now.force.size(); ++k)
+                now.force[k] += now.nodes.mass[k] * Vec<2>{push, 0.1 * push};  // also along gravity
         });
         b.scheme().add_body_force(
             [](const ParticleView<2>& p, double) {
-                for (int i = 0; i < p.count; ++i) p.b[i][0] += push;
+                for (int i = 0; i < p.count; ++i) p.b[i] += Vec<2>{push, 0.1 * push};
             },
             b.state());
         for (Simulation<2>* sim : {&a, &b}) sim->advance(0.005);
         const Totals e = totals(a.model(), a.state()), f = totals(b.model(), b.state());
         EXPECT_NEAR(mass, e.mass, 1e-9 * e.mass);
-        EXPECT_NEAR(e.momentum[0] - 0.0, f.momentum[0], 1e-9 * f.momentum[0]);
+        EXPECT_NEAR(e.momentum[0], f.momentum[0], 1e-9 * f.momentum[0]);
         EXPECT_NEAR(e.momentum[1], f.momentum[1], 1e-9 * f.momentum[0]);
         const SchemeEnergy of_a = scheme_energy(e, a.state()), of_b = scheme_energy(f, b.state());
         const double scale = 1e-2 * f.kinetic_energy;

@@ -159,6 +159,29 @@ class Multigrid(unittest.TestCase):
         self.assertLessEqual(max(counts) - min(counts), 2)
 
 
+class CutCells(unittest.TestCase):
+    """Iterations do not depend on how little of a cell a body has at its sides."""
+
+    def iterations(self, part, *args):
+        spacing    = 0.0125
+        lower      = [0.2 - part * spacing, 0.0]
+        upper      = [1.2 + part * spacing, 1.0 + part * spacing]
+        seen, _, _ = run_case(self, "static", "--set", f"grid.spacing={spacing}", "--set", "method.scheme=midpoint", "--set",
+                              "method.newton_tolerance=1e-10", "--set", f"body.0.lower={lower}", "--set", f"body.0.upper={upper}", "--set",
+                              'output.fields=["displacement"]', *args, file="case-block.toml")
+        return seen["linear_iterations"][-1]
+
+    def test_iterations_do_not_depend_on_the_cut(self):
+        for preset in ("cpdi1", "bscpdi2"):
+            with self.subTest(preset):
+                linear = [self.iterations(part, "--set", f"method.preset={preset}") for part in (0.5, 0.1, 1e-3, 1e-6)]
+                self.assertLessEqual(max(linear), 12)
+                self.assertLessEqual(max(linear) - min(linear), 1)
+
+    def test_they_do_without_the_ghost_penalty(self):
+        self.assertGreater(self.iterations(0.1, "--set", "method.preset=bscpdi2", "--set", "method.ghost_penalty=0"), 20)
+
+
 @unittest.skipUnless(has_hdf5(), "ordo was built without HDF5")
 class Restarts(InTemporaryDirectory):
     """A run of load steps that is restarted is the run that was never interrupted, its iterations too."""

@@ -248,6 +248,7 @@ void check_newton(const MethodSpec& given)
     // The last that rounding does not spoil.
     std::size_t k = 1;
     while (k + 1 < r.size() && r[k + 1] > 1e-10 * r[0]) ++k;
+    ASSERT_GE(k, 2u);
     EXPECT_LT(r[k] / r[0], 20 * std::pow(r[k - 1] / r[0], 2)) << r[k - 1] << " " << r[k];
 }
 TEST(Implicit, NewtonIsQuadratic)
