@@ -200,7 +200,7 @@ TEST(Step, XpicOfHighOrderRemovesTheNullSpace)
             for (int i = 0; i < p.count; ++i) v[p.id[i]] = p.v[i][0];
             return v;
         };
-        std::vector<double> v(p.count), rest(p.count), null(p.count);
+        std::vector<double> v(p.count), rest(p.count);
         for (int i = 0; i < p.count; ++i) v[p.id[i]] = p.v[i][0];
         const std::vector<double> seen = filtered(), again = filtered();
         for (int i = 0; i < p.count; ++i) {
