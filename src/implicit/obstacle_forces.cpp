@@ -11,6 +11,11 @@
 namespace ordo {
 
 template <int D>
+ObstacleForces<D>::ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness)
+    : ObstacleForces(model, s, rows, dt, stiffness, contact_reach(model, s))
+{}
+
+template <int D>
 ObstacleForces<D>::ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness,
                                   double reach)
     : model_(model), s_(s), rows_(rows), dt_(dt), reach_(reach), first_{0}

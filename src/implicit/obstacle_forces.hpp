@@ -15,8 +15,8 @@ namespace ordo {
 template <int D>
 class ObstacleForces {
   public:
-    /// Finds the points within reach of obstacles, m. Sets the velocities of obstacles.
-    ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness, double reach);
+    /// Finds the points near obstacles. Sets the velocities of obstacles.
+    ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness);
 
     /// Finds the forces for displacements u of unknown D k + a, component a of row k + 1, and adds them to r, N.
     void add_forces(std::span<const double> u, std::span<double> r);
@@ -39,13 +39,16 @@ class ObstacleForces {
             for (int i = first_[q]; i < first_[q + 1] && !(stiffness_[q] == Mat<D>{}); ++i) f(weights_[i].row, stiffness_[q]);
     }
     bool is_empty() const { return points_.empty(); }
-    /// The obstacle of a point that was beyond reach and would be in it after displacements u; -1 if there is none.
+    /// The obstacle of a point that was not near and would be in it after displacements u; -1 if there is none.
     int misses(std::span<const double> u) const;
 
     /// Leaves points, forces and work in the state, and moves the obstacles.
     void finish();
 
   private:
+    /// Finds the points within `reach`, m.
+    ObstacleForces(const Model<D>& model, State<D>& s, const NodeRows<D>& rows, double dt, double stiffness, double reach);
+
     struct Weight {
         int row;
         double value;

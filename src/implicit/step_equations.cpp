@@ -2,7 +2,6 @@
 
 #include "kernels/nodes.hpp"
 #include "kernels/sample.hpp"
-#include "method/contact_points.hpp"
 #include "solve/krylov.hpp"
 
 #include <algorithm>
@@ -57,7 +56,7 @@ StepEquations<D>::StepEquations(const Model<D>& model, const Passes<D>& passes, 
         start_factor_     = (0.5 - beta) / beta;
     }
     contact_factor_ = is_newmark() ? 0.5 / newmark_beta_of(method()) : 1.0;
-    obstacles_.emplace(model, s, rows_, dt, kContactStiffness, contact_reach(model, s));
+    obstacles_.emplace(model, s, rows_, dt, kContactStiffness);
     if (is_newmark()) find_start_forces();
     largest_modulus_ = parallel_reduce(
         s.particles.count, 0.0, [&](std::ptrdiff_t i) { return model_.materials[s_.particles.material[i]].p_wave_modulus(); },

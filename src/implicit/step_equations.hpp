@@ -82,7 +82,7 @@ class StepEquations {
 
     /// Keeps how nodes move in a load step, for the guess of the next one.
     void keep_load_step(std::span<const double> u) const;
-    /// The obstacle that a body would enter from beyond the reach in which contact was looked for; -1 if there is none.
+    /// The obstacle that a body would enter from further away than contact is looked for; -1 if there is none.
     int missed_obstacle(std::span<const double> u) const { return obstacles_->misses(u); }
     /// Leaves what obstacles did at the last residual in the state, and moves them.
     void finish_contact() { obstacles_->finish(); }

@@ -29,10 +29,10 @@ Vec<D> period_of(const Model<D>& model);
 template <int D>
 std::vector<Vec<D>> vertices_of(const ContactSurface<D>& surface, const Model<D>& model, const State<D>& s);
 
-/// The points of all contacts, also with obstacles, whose gap is within reach: half a cell and what they can close in a step. Ascending
-/// keys. `vertices` are those of each surface of the model. Anchors are those of the points of the last step that pressed.
+/// The points of all contacts, also with obstacles, whose gap is within reach. Ascending keys. `vertices` are those of each surface of
+/// the model. Anchors are those of the points of the last step that pressed.
 /// @param dt in which obstacles move, s
-/// @param reach m
+/// @param reach m, to which that motion is added; see contact_reach
 template <int D>
 std::vector<ContactPoint<D>> find_contact_points(const Model<D>& model, const State<D>& s,
                                                  const std::vector<std::vector<Vec<D>>>& vertices, double dt, double reach);

@@ -193,16 +193,17 @@ TEST(Step, XpicOfHighOrderRemovesTheNullSpace)
             for (int i = 0; i < p.count; ++i) sum += p.m[i] * a[p.id[i]] * b[p.id[i]];
             return sum;
         };
-        /// The velocities after a step so short that nothing moves.
-        auto filtered = [&] {
-            method.step(s, 1e-9 * courant_time_step(model, p));
-            std::vector<double> v(p.count);
-            for (int i = 0; i < p.count; ++i) v[p.id[i]] = p.v[i][0];
-            return v;
+        auto velocities = [&] {
+            std::vector<double> r(p.count);
+            for (int i = 0; i < p.count; ++i) r[p.id[i]] = p.v[i][0];
+            return r;
         };
-        std::vector<double> v(p.count), rest(p.count);
-        for (int i = 0; i < p.count; ++i) v[p.id[i]] = p.v[i][0];
-        const std::vector<double> seen = filtered(), again = filtered();
+        auto filtered = [&] {
+            method.step(s, 1e-9 * courant_time_step(model, p));  // so short that nothing moves
+            return velocities();
+        };
+        const std::vector<double> v = velocities(), seen = filtered(), again = filtered();
+        std::vector<double> rest(p.count);
         for (int i = 0; i < p.count; ++i) {
             rest[i] = v[i] - seen[i];
             EXPECT_NEAR(again[i], seen[i], 1e-8);
