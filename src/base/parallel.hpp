@@ -23,7 +23,7 @@ inline void set_thread_count(int) {}
 
 /// f(k) by a call: a loop with threads and one without share its code.
 template <class F>
-[[gnu::noinline]] void call(F& f, std::ptrdiff_t k)
+[[gnu::noinline]] void call_apart(F& f, std::ptrdiff_t k)
 {
     f(k);
 }
@@ -36,11 +36,11 @@ void parallel_for(std::ptrdiff_t n, F&& f, [[maybe_unused]] bool worth = true)
 #if defined(ORDO_OPENMP)
     if (n > 1 && worth && thread_count() > 1) {  // a parallel region of one thread costs a team and two calls of the system
 #pragma omp parallel for schedule(dynamic, 1)
-        for (std::ptrdiff_t k = 0; k < n; ++k) call(f, k);
+        for (std::ptrdiff_t k = 0; k < n; ++k) call_apart(f, k);
         return;
     }
 #endif
-    for (std::ptrdiff_t k = 0; k < n; ++k) call(f, k);
+    for (std::ptrdiff_t k = 0; k < n; ++k) call_apart(f, k);
 }
 
 /// f(thread, number of threads) by all threads at once, for work that one hands to another; thread 0 is the one that calls. `worth` as above.

@@ -372,8 +372,8 @@ class Tiles {
 
   private:
     /// Below a thousand particles threads gained nothing (2D cpdi1 on 2 cores, 2026-11), and on a busy machine waiting for
-    /// a thread can cost more than the step.
-    bool is_large() const { return !tiles_.empty() && tiles_.back().end >= 1024; }
+    /// a thread can cost more than the step. In 1D a particle costs a fraction of that.
+    bool is_large() const { return !tiles_.empty() && tiles_.back().end >= (D == 1 ? 8192 : 1024); }
 
     /// f(tile), and how long it took.
     template <class F>

@@ -1,7 +1,6 @@
 #include "implicit/newton.hpp"
 
 #include "implicit/step_equations.hpp"
-#include "solve/grid_multigrid.hpp"
 #include "solve/krylov.hpp"
 
 #include <fmt/format.h>
@@ -24,25 +23,13 @@ double free_product(const Vector& a, const Vector& b, const std::vector<unsigned
         [](double& total, double one) { total += one; });
 }
 
-/// Up to so many unknowns matrices are factored; 0: as multigrid chooses. At rest more, for stiffness that flow or averages make uneven costs
-/// iterations there; inertia makes it even.
-template <int D>
-int direct_unknowns(const MethodSpec& method)
-{
-    return !is_static(method) ? 0 : D == 1 ? 100000 : D == 2 ? 50000 : 6000;
-}
-
 /// The linear systems of a step. While Newton's method converges tangents change little, and a preconditioner serves as long as it costs few
 /// iterations.
 template <int D>
 class NewtonSystem {
   public:
-    NewtonSystem(StepEquations<D>& equations, const MethodSpec& method, const Vec<D, bool>& periodic, const Index<D>& cells)
-        : equations_(equations),
-          places_(equations.places()),
-          periodic_(periodic),
-          cells_(cells),
-          multigrid_(MultigridChoices{.direct_unknowns = direct_unknowns<D>(method)})
+    NewtonSystem(StepEquations<D>& equations, const Vec<D, bool>& periodic, const Index<D>& cells, GridMultigrid<D>& multigrid)
+        : equations_(equations), places_(equations.places()), periodic_(periodic), cells_(cells), multigrid_(multigrid)
     {}
 
     /// K x = b for the unknowns that are not held, x = 0 at held ones, with the tangent K at the last residual. False if it is singular.
@@ -91,7 +78,7 @@ class NewtonSystem {
     std::vector<Index<D>> places_;
     const Vec<D, bool>& periodic_;
     const Index<D>& cells_;
-    GridMultigrid<D> multigrid_;
+    GridMultigrid<D>& multigrid_;
     bool serves_          = false;
     int fresh_iterations_ = 0;
 };
@@ -144,14 +131,12 @@ class LineSearch {
 /// alone. Whole steps first: those of slender bodies raise the residual before it falls, because a rotation of some size stretches at first. Where
 /// they lead nowhere, a line search from where the residual was least.
 template <int D>
-NewtonResult solve_from(Vector start, StepEquations<D>& equations, const MethodSpec& method, const Vec<D, bool>& periodic,
-                        const Index<D>& cells)
+NewtonResult solve_from(Vector start, StepEquations<D>& equations, const MethodSpec& method, NewtonSystem<D> system)
 {
     constexpr double loosest = 1e-2, descent = 1e-4, hardly_changed = 0.05;
     constexpr int most_trials = 10, most_rising = 4;
     const std::size_t n = equations.size();
     const auto& held    = equations.held();
-    NewtonSystem<D> system(equations, method, periodic, cells);
     NewtonResult out;
     const auto leave = [&](const Iterate& at, std::string why) {
         out.u       = at.u;
@@ -273,15 +258,22 @@ bool leads_away(StepEquations<D>& equations, const Vector& guess, const Vector& 
 
 }  // namespace
 
+/// At rest larger matrices are factored, for stiffness that flow or averages make uneven costs iterations there; inertia makes it even.
+template <int D>
+MultigridChoices multigrid_choices(const MethodSpec& method)
+{
+    return {.direct_unknowns = !is_static(method) ? 0 : D == 1 ? 100000 : D == 2 ? 50000 : 6000};
+}
+
 /// A load step that leads nowhere from where the last one points is tried from rest. One in which a particle swells or shrinks too far has no solution
 /// near by.
 template <int D>
 NewtonResult solve_step(StepEquations<D>& equations, const MethodSpec& method, const Vec<D, bool>& periodic,
-                        const Index<D>& cells)
+                        const Index<D>& cells, GridMultigrid<D>& multigrid)
 {
     constexpr double most_change = 2.0;
     const auto solve             = [&](const Vector& from) {
-        NewtonResult r = solve_from(from, equations, method, periodic, cells);
+        NewtonResult r = solve_from(from, equations, method, NewtonSystem<D>(equations, periodic, cells, multigrid));
         if (!r.report.converged || !is_static(method)) return r;
         const auto [particle, factor] = equations.largest_change_of_volume(r.u);
         if (std::max(factor, 1 / factor) <= most_change) return r;
@@ -301,8 +293,13 @@ NewtonResult solve_step(StepEquations<D>& equations, const MethodSpec& method, c
     return again;
 }
 
-template NewtonResult solve_step(StepEquations<1>&, const MethodSpec&, const Vec<1, bool>&, const Index<1>&);
-template NewtonResult solve_step(StepEquations<2>&, const MethodSpec&, const Vec<2, bool>&, const Index<2>&);
-template NewtonResult solve_step(StepEquations<3>&, const MethodSpec&, const Vec<3, bool>&, const Index<3>&);
+#define ORDO_NEWTON(D)                                                                                           \
+    template MultigridChoices multigrid_choices<D>(const MethodSpec&);                                           \
+    template NewtonResult solve_step(StepEquations<D>&, const MethodSpec&, const Vec<D, bool>&, const Index<D>&, \
+                                     GridMultigrid<D>&);
+ORDO_NEWTON(1)
+ORDO_NEWTON(2)
+ORDO_NEWTON(3)
+#undef ORDO_NEWTON
 
 }  // namespace ordo

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "method/state.hpp"
+#include "solve/grid_multigrid.hpp"
 
 #include <string>
 #include <vector>
@@ -22,7 +23,12 @@ struct NewtonResult {
 };
 
 template <int D>
+MultigridChoices multigrid_choices(const MethodSpec& method);
+
+/// @param multigrid with these choices. Kept from step to step it need not find out again how to eliminate unknowns where those of the last
+///                  step were the same; results do not depend on that.
+template <int D>
 NewtonResult solve_step(StepEquations<D>& equations, const MethodSpec& method, const Vec<D, bool>& periodic,
-                        const Index<D>& cells);
+                        const Index<D>& cells, GridMultigrid<D>& multigrid);
 
 }  // namespace ordo

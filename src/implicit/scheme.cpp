@@ -1,6 +1,5 @@
 #include "implicit/scheme.hpp"
 
-#include "implicit/newton.hpp"
 #include "kernels/nodes.hpp"
 #include "kernels/sample.hpp"
 #include "method/diagnostics.hpp"
@@ -15,8 +14,26 @@
 
 namespace ordo {
 
+namespace {
+
+/// A field that is as it was once this goes out of scope.
+template <class T>
+class Restored {
+  public:
+    explicit Restored(Array<T>& field) : field_(field) { copy(was_, field); }
+    ~Restored() { copy(field_, was_); }
+    Restored(const Restored&)            = delete;
+    Restored& operator=(const Restored&) = delete;
+
+  private:
+    Array<T>& field_;
+    Array<T> was_;
+};
+
+}  // namespace
+
 template <int D>
-Implicit<D>::Implicit(Model<D> of) : PassScheme<D>(std::move(of))
+Implicit<D>::Implicit(Model<D> of) : PassScheme<D>(std::move(of)), multigrid_(multigrid_choices<D>(method()))
 {
     require_implicit_model(model());
 }
@@ -77,7 +94,7 @@ bool Implicit<D>::try_step(State<D>& s, double dt, std::string& why) const
         this->evaluate_external_forces(of, t);
     });
     if (s.projection.is_wanted) s.projection.set(mass_and_momentum(s), mass_and_momentum(s));
-    NewtonResult r = solve_step(step, method(), s.lattice.periodic, s.lattice.cells);
+    NewtonResult r = solve_step(step, method(), s.lattice.periodic, s.lattice.cells, multigrid_);
     r.report.t     = s.t;
     r.report.dt    = dt;
     s.newton.add(r.report);
@@ -98,8 +115,31 @@ bool Implicit<D>::try_step(State<D>& s, double dt, std::string& why) const
             model().obstacles[missed].name);
         return false;
     }
+    if (const int i = folding_cell(s, step, r.u, dt); i >= 0) {
+        why = fmt::format("the cell of {} would turn over or fold; a smaller time step, a finer mesh of particles or a method "
+                          "whose domains cannot "
+                          "fold (cpdi1) may help",
+                          particle_text(s, i));
+        return false;
+    }
     finish(s, step, r.u, r.missing, dt);
     return true;
+}
+
+/// The particle whose cell turns over or folds where corners move with nodes by u, -1 if there is none. Moves them there and back.
+template <int D>
+int Implicit<D>::folding_cell(State<D>& s, const StepEquations<D>& step, const std::vector<double>& u, double dt) const
+{
+    if (!passes().move_corners) return -1;
+    Particles<D>& p         = s.particles;
+    const TileReport before = std::exchange(s.report, TileReport{});
+    {
+        const Restored corner(p.corner), corner_velocity(p.corner_velocity), x(p.x), V(p.V);
+        step.set_mean_velocities(u, s.field.nodes.data());
+        move_corners(s, s.field.nodes.data(), dt);
+    }
+    const TileReport moved = std::exchange(s.report, before);
+    return moved.fault == Fault::domain_turned ? moved.particle : -1;
 }
 
 template <int D>

@@ -1,6 +1,7 @@
 // Implicit steps: the midpoint rule, Newmark's method and static equilibrium, by Newton's method with exact tangents (docs/implicit.md).
 #pragma once
 
+#include "implicit/newton.hpp"
 #include "implicit/step_equations.hpp"
 #include "method/pass_scheme.hpp"
 
@@ -34,9 +35,12 @@ class Implicit final : public PassScheme<D> {
                 double dt) const;
     void account_for(State<D>& s, StepEquations<D>& equations, const std::vector<double>& u, const std::vector<double>& missing,
                      double dt) const;
+    int folding_cell(State<D>& s, const StepEquations<D>& equations, const std::vector<double>& u, double dt) const;
     std::string particle_text(const State<D>& s, int i) const;
     std::string blame(State<D>& s, const StepEquations<D>& equations, const std::vector<double>& residual) const;
     std::string loose_body(State<D>& s, const StepEquations<D>& equations) const;
+
+    mutable GridMultigrid<D> multigrid_;
 };
 
 /// Throws InputError for models that the schemes cannot treat, with the reason.

@@ -118,6 +118,10 @@ std::string identity_of(CaseInput input)
     input.output     = OutputInput();
     input.checkpoint = CheckpointInput();
     input.watch      = WatchInput();
+    if (is_implicit(input.spec)) {
+        input.time = TimeInput();
+        for (const char* one : {"newton_tolerance", "newton_iterations", "step_halvings"}) input.method.numbers[one] = 0;
+    }
     std::string files;
     for (BodyInput& b : input.bodies) {
         if (b.file.empty()) continue;

@@ -1220,6 +1220,8 @@ void validate_place(const BoundaryInput& in)
     if (in.at_coordinate && in.face.empty()) in.fail("at", fmt::format("cannot be with {}; it moves a face", first));
 }
 
+bool moves_nodes(const BoundaryInput& in) { return in.type == "velocity" || in.type == "displacement"; }
+
 void validate_boundary(BoundaryInput& in, std::size_t k, const CaseInput& c)
 {
     const int dim = c.grid.dim;
@@ -1228,7 +1230,7 @@ void validate_boundary(BoundaryInput& in, std::size_t k, const CaseInput& c)
         const int axis = face[0] - 'x';
         if (axis >= dim) in.fail("face", fmt::format("\"{}\" does not exist in {}D", face, dim));
     }
-    const bool is_wall = in.type == "wall", has_motion = in.type == "velocity" || in.type == "displacement";
+    const bool is_wall = in.type == "wall", has_motion = moves_nodes(in);
     if (!in.normal.empty() != !in.point.empty())
         in.fail(in.normal.empty() ? "point" : "normal",
                 "needs the other of normal and point; together they give the plane of a wall");
@@ -1485,9 +1487,7 @@ void validate(CaseInput& c, const std::filesystem::path& file)
     if (c.grid.origin.empty()) c.grid.origin.assign(dim, 0.0);
     if (c.gravity.empty()) c.gravity.assign(dim, 0.0);
     validate_grid(c.grid);
-    c.spec = resolve_method(c.method, std::any_of(c.boundaries.begin(), c.boundaries.end(), [](const BoundaryInput& b) {
-                                return b.type == "velocity" || b.type == "displacement";
-                            }));
+    c.spec = resolve_method(c.method, std::any_of(c.boundaries.begin(), c.boundaries.end(), moves_nodes));
     if (c.time.dt && c.time.cfl) c.time.fail("cfl", "excludes dt; give one of them");
     if (!c.time.dt && !c.time.cfl) c.time.cfl = 0.4;
     c.resolved_damping = resolve_damping(c.damping, "type", c.damping.type, c.damping.factor, c.damping.rate);

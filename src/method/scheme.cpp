@@ -29,7 +29,7 @@ std::string describe(Fault fault, const MethodSpec& method)
         return std::string("its volume ratio J = det F is not positive (the deformation of one step is too large); a smaller "
                            "time step") +
                (projects_again(method) || keeps_corner_velocity(method) ? "" : ", scheme = \"musl\"") +
-               (domains_deform(method) ? "" : " or a method whose domains deform and turn (cpdi1)") + " may help";
+               (domains_deform(method) ? "" : fmt::format(" or a {}", kDeformingMethods)) + " may help";
     case Fault::not_finite: return "its state is not a finite number; a smaller time step may help";
     case Fault::left_grid: return "it left the grid; make [grid] size larger or put a [[boundary]] on that face";
     case Fault::domain_turned:
@@ -85,8 +85,7 @@ std::string speed_text(const Model<D>& model, const Particles<D>& p, int i)
     return fmt::format(
         "; it moves at {:.4g} m/s and waves in it at {:.4g} m/s: if nothing drove it that fast, the run has gained energy "
         "or torn: use a {} (docs/which-method.md)",
-        v, c,
-        domains_deform(model.method) ? "smaller time step or another method" : "method whose domains deform and turn (cpdi1)");
+        v, c, domains_deform(model.method) ? "smaller time step or another method" : kDeformingMethods);
 }
 
 /// Takes the reports of all ranks on a step. Throws what is wrong in the first tile with a fault.

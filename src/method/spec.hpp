@@ -76,6 +76,7 @@ inline bool has_force_stress(const MethodSpec& s) { return s.averaging != Averag
 inline bool has_cells(const MethodSpec& s) { return s.domain == Domain::cell || s.domain == Domain::simplex; }
 /// Whether domains deform and turn with the body. Particles of other methods lose each other when it stretches or turns far.
 inline bool domains_deform(const MethodSpec& s) { return s.domain == Domain::parallelepiped || has_cells(s); }
+inline constexpr const char* kDeformingMethods = "method whose domains deform and turn (cpdi1)";  ///< in messages
 inline bool has_splines(const MethodSpec& s) { return s.basis == Basis::bspline2 || s.basis == Basis::bspline3; }
 /// The scheme of docs/high_order.md.
 inline bool is_spline_fit(const MethodSpec& s) { return s.projection == Projection::spline_fit; }

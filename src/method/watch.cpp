@@ -120,7 +120,7 @@ std::string Watch<D>::remedy_for_growth() const
         return "fits gain energy where bodies meet, little with a limiter: use cpdi1, or [[contact]], which gives bodies fields "
                "of their own";
     std::string more;
-    if (!domains_deform(m)) more += " or a method whose domains deform and turn (cpdi1)";
+    if (!domains_deform(m)) more += fmt::format(" or a {}", kDeformingMethods);
     if (!strains_by_advanced(m)) more += updates_stress_last(m) ? " or strain_velocity = 1" : " or scheme = \"usl\"";
     return "a smaller time step" + more + " may help; a jump in the motion of a boundary or in a force does it too";
 }

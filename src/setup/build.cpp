@@ -74,10 +74,9 @@ Model<D> model_of(const CaseSpec<D>& spec)
     Model<D> model{};
     model.method = spec.method;
     if (spec.method.lump_below < 0) {
-        const bool moves_nodes  = std::any_of(spec.boundaries.begin(), spec.boundaries.end(), [](const BoundarySpec<D>& b) {
-            return b.type == FaceType::velocity || b.type == FaceType::displacement;
-        });
-        model.method.lump_below = default_lump_below(spec.method, moves_nodes);
+        const bool has_motion   = std::any_of(spec.boundaries.begin(), spec.boundaries.end(),
+                                              [](const BoundarySpec<D>& b) { return moves_nodes(b.type); });
+        model.method.lump_below = default_lump_below(spec.method, has_motion);
     }
     model.origin  = spec.origin;
     model.gravity = spec.gravity;

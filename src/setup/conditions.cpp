@@ -109,8 +109,7 @@ void require_region(const Region<D>& region, int k)
 template <int D>
 void require_place(const BoundarySpec<D>& b, int k, const CaseSpec<D>& spec)
 {
-    const bool has_motion = b.type == FaceType::velocity || b.type == FaceType::displacement;
-    if ((b.region || b.body) && !has_motion && b.type != FaceType::fixed)
+    if ((b.region || b.body) && !moves_nodes(b.type) && b.type != FaceType::fixed)
         fail(k, "type", "with a region or a body must be \"fixed\", \"velocity\" or \"displacement\"");
     if (b.body && !(*b.body >= 0 && *b.body < static_cast<int>(spec.bodies.size())))
         fail(k, "body", fmt::format("there is no body {}", *b.body));

@@ -201,6 +201,23 @@ void note_lost_velocities(const CaseSpec<D>& spec, std::vector<std::string>& not
             notes.push_back(fmt::format("the velocity of body \"{}\" has no effect with scheme static", b.name));
 }
 
+/// What costs implicit steps in motion their worth.
+template <int D>
+void note_implicit_motion(const CaseSpec<D>& spec, std::vector<std::string>& notes)
+{
+    const MethodSpec& method = spec.method;
+    if (!is_implicit(method) || is_static(method)) return;
+    if (method.mass == MassMatrix::lumped)
+        notes.push_back(
+            "with lumped mass implicit steps take energy from bodies that turn; mass = \"consistent\" in [method] keeps "
+            "it (docs/implicit.md)");
+    if (!spec.time.dt && spec.time.cfl < 1)
+        notes.push_back(
+            fmt::format("the Courant number is {:.3g}: steps are as short as explicit ones; give dt in [time], as long as "
+                        "the motion that is to be seen allows",
+                        spec.time.cfl));
+}
+
 }  // namespace
 
 template <int D>
@@ -214,6 +231,7 @@ std::vector<std::string> notes_on(const CaseSpec<D>& spec, const std::vector<See
     note_stairs_in_contact(spec, model, notes);
     note_locking(spec, notes);
     note_lost_velocities(spec, notes);
+    note_implicit_motion(spec, notes);
     return notes;
 }
 

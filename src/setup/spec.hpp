@@ -85,6 +85,7 @@ struct BodySpec {
 };
 
 enum class FaceType { fixed, symmetry, velocity, displacement, wall, periodic, free };
+inline bool moves_nodes(FaceType t) { return t == FaceType::velocity || t == FaceType::displacement; }
 
 /// A region of space.
 template <int D>

@@ -25,6 +25,7 @@ struct Part {
     int begin, end;             ///< what it eliminates
     std::vector<int> children;  ///< parts
     std::vector<int> rim;       ///< later unknowns that it changes, ascending
+    std::vector<int> in_front;  ///< where those of the rim are in the parent's front
     // Of the front, [eliminated, rim] in rows and columns, P A_ee = L U. Of a symmetric matrix A_ee = L L^T, and of the front and the rest there are
     // only lower triangles.
     Eigen::PartialPivLU<Matrix> own;
@@ -131,7 +132,7 @@ class Dissection {
     std::vector<int> mark_;  ///< of nodes above a cut, or of numbers: the last part that has them in its rim
 };
 
-/// An entry of the matrix by numbers of elimination.
+/// An entry of the matrix in the front of the part that eliminates the first of its unknowns.
 struct Entry {
     int row, column;
     std::ptrdiff_t at;  ///< in the rows given
@@ -144,12 +145,11 @@ struct DirectSolver::Parts {
     std::vector<int> column, order;
     std::vector<Index<3>> place;
     std::vector<Part> parts;
-    std::vector<std::vector<int>> ranks;        ///< parts of which none is a child of another, children first
-    std::vector<std::vector<Entry>> entries;    ///< of each part
-    std::vector<std::vector<int>> position_of;  ///< in a front, for each thread
-    std::vector<std::vector<double>> rooms;     ///< for fronts, for each thread
-    Eigen::VectorXd right;                      ///< aligned, so that bits do not depend on where it lies
-    bool has_roots = false;                     ///< parts have Cholesky factors
+    std::vector<std::vector<int>> ranks;      ///< parts of which none is a child of another, children first
+    std::vector<std::vector<Entry>> entries;  ///< of each part
+    std::vector<std::vector<double>> rooms;   ///< for fronts, for each thread
+    Eigen::VectorXd right;                    ///< aligned, so that bits do not depend on where it lies
+    bool has_roots = false;                   ///< parts have Cholesky factors
 
     bool fits(const SparseRows<double>& m, const std::vector<Index<3>>& at) const
     {
@@ -188,13 +188,21 @@ struct DirectSolver::Parts {
                 const int row = number[i], col = number[column[k]];
                 entries[part_of[std::min(row, col)]].push_back({row, col, k});
             }
+        std::vector<int> place_in_front(place.size());
+        for (std::size_t p = 0; p < parts.size(); ++p) {
+            const Part& part = parts[p];
+            for (int k = part.begin; k < part.end; ++k) place_in_front[k] = k - part.begin;
+            for (std::size_t k = 0; k < part.rim.size(); ++k) place_in_front[part.rim[k]] = part.size() + static_cast<int>(k);
+            for (Entry& e : entries[p]) e = {place_in_front[e.row], place_in_front[e.column], e.at};
+            for (const int c : part.children)
+                for (const int k : parts[c].rim) parts[c].in_front.push_back(place_in_front[k]);
+        }
     }
 
     /// False if a part of a symmetric matrix is not positive definite.
     bool eliminate(const SparseRows<double>& matrix, bool is_symmetric)
     {
         has_roots = is_symmetric;
-        position_of.resize(thread_count());
         rooms.resize(thread_count());
         for (const std::vector<int>& of_rank : ranks) {
             parallel_for(std::ssize(of_rank),
@@ -207,21 +215,17 @@ struct DirectSolver::Parts {
     void eliminate(Part& part, const std::vector<Entry>& of_part, const SparseRows<double>& matrix)
     {
         const int own = part.size(), all = own + static_cast<int>(part.rim.size());
-        std::vector<int>& position = position_of[thread_index()];
-        position.resize(order.size());
-        for (int k = part.begin; k < part.end; ++k) position[k] = k - part.begin;
-        for (int k = 0; k < all - own; ++k) position[part.rim[k]] = own + k;
         std::vector<double>& room = rooms[thread_index()];
         room.assign(std::ptrdiff_t{all} * all, 0.0);
         Eigen::Map<Matrix> front(room.data(), all, all);
         for (const Entry& e : of_part)
-            if (!has_roots || e.row >= e.column) front(position[e.row], position[e.column]) += matrix.value[e.at];
+            if (!has_roots || e.row >= e.column) front(e.row, e.column) += matrix.value[e.at];
         for (const int c : part.children) {
             Part& child = parts[c];
             for (Eigen::Index j = 0; j < child.rest.cols(); ++j) {
-                const int to = position[child.rim[j]];
-                for (Eigen::Index i = has_roots ? j : 0; i < child.rest.rows(); ++i)
-                    front(position[child.rim[i]], to) += child.rest(i, j);
+                double* to         = &front(0, child.in_front[j]);
+                const double* from = &child.rest(0, j);
+                for (Eigen::Index i = has_roots ? j : 0; i < child.rest.rows(); ++i) to[child.in_front[i]] += from[i];
             }
             child.rest.resize(0, 0);
         }

@@ -3,7 +3,7 @@
 import unittest
 
 import numpy
-from harness import InTemporaryDirectory, frames, history, ordo, particle_data, read_vtk
+from harness import InTemporaryDirectory, frames, has_hdf5, history, ordo, particle_data, read_vtk
 
 MATERIAL = """
 [[material]]
@@ -217,6 +217,39 @@ class Ends(Implicit):
         self.assertEqual(len(times), 2)
         self.assertGreater(times[1], 0.1)
         self.assertIn(f"t = {times[1]:.6g}", ordo("run", self.dir / "case.toml", "--quiet", "--overwrite", "--output", "again", cwd=self.dir).stderr)
+
+    def test_a_cell_that_folds(self):
+        """A corner pushed into a block: parts of the step leave all cells sound, or the run ends with sound ones."""
+        push = ('[[boundary]]\nface = "y-min"\ntype = "fixed"\n[[boundary]]\nregion = {shape = "box", lower = [0.4, 1.9], upper = [0.6, 2.1]}\n'
+                'type = "displacement"\nvalue = ["0.6*t", "-0.6*t"]\n[output]\ninterval = 1.0\nfields = ["volume"]\n')
+        text = case([3.0, 3.0], dict(preset='"cpdi2"', scheme='"static"'), (1.0, 0.5), box([0.5, 0.0], [2.5, 2.0]), push, spacing=0.5)
+        self.refused(text.replace('"static"', '"static"\nstep_halvings = 0'), "the cell of particle", "would turn over or fold", code=1)
+        self.assertGreater(self.run_case(text, "--overwrite")["step_halvings"][-1], 0)
+        self.refused(text.replace("dt = 0.5", "dt = 0.25"), "has no solution after 10 halvings: the cell of particle", code=1)
+        time, file = frames(self.dir / "out")[-1]
+        self.assertGreater(time, 0.8)
+        self.assertGreater(particle_data(read_vtk(file))["volume"].min(), 0.0)
+
+    @unittest.skipUnless(has_hdf5(), "ordo was built without HDF5")
+    def test_a_run_without_a_solution_goes_on_in_smaller_steps(self):
+        text = self.static(self.CLAMPED, '[[traction]]\nbody = "b"\nface = "x-max"\ntype = "dead"\nvalue = ["0", "-4e4*max(0, t - 0.4)"]\n[checkpoint]\nsteps = 1\n', time=(1.0, 0.2))
+        few  = text.replace('"static"', '"static"\nnewton_iterations = 4\nstep_halvings = 0')
+        self.refused(few, "newton_iterations may help", code=1)
+        known = len(history(self.dir / "out")["time"])
+        path  = self.write("case.toml", few)
+        again = ("--quiet", "--output", "out", "--restart", "latest", "--set", "output.interval=0.5")
+        self.assertIn("preset", ordo("run", path, *again, "--set", "method.preset=cpdi2", cwd=self.dir).stderr)
+        self.run_good(path, *again, "--set", "method.newton_iterations=40", "--set", "method.newton_tolerance=1e-8", "--set", "time.dt=0.05")
+        seen = history(self.dir / "out")
+        self.assertEqual(seen["time"][-1], 1.0)
+        self.assertGreater(len(seen["time"]), known + 5)
+
+    def test_notes_on_steps_in_motion(self):
+        moves = case([3.0, 3.0], dict(preset='"cpdi2"', scheme='"midpoint"'), (1.0, 0.1), box([0.5, 0.5], [1.0, 1.0]))
+        told  = [ordo("check", self.write("case.toml", text), cwd=self.dir).stdout
+                 for text in (moves, moves.replace('"midpoint"', '"midpoint"\nmass = "consistent"'), moves.replace("dt = 0.1", ""))]
+        self.assertEqual(["with lumped mass implicit steps take energy" in one for one in told], [True, False, True])
+        self.assertEqual(["steps are as short as explicit ones" in one for one in told], [False, False, True])
 
     def test_what_has_no_meaning_at_rest(self):
         rest = '[[stage]]\nname = "s"\nduration = 1.0\nresidual = 1e-3\n'
