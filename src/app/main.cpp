@@ -218,7 +218,7 @@ void keep_freed_memory()
 {
 #if defined(__GLIBC__)
     constexpr int megabyte = 1 << 20;
-    mallopt(M_MMAP_THRESHOLD, 4 * megabyte);
+    mallopt(M_MMAP_THRESHOLD, 32 * megabyte);  // the most that it takes
     mallopt(M_TRIM_THRESHOLD, 256 * megabyte);
 #endif
 }

@@ -54,6 +54,11 @@ class Tiles {
   public:
     static constexpr int colour_count = 1 << D;
     static constexpr int block_width  = 4;
+    /// Tiles that a thread takes at a time: in 1D they are narrow.
+    static constexpr std::ptrdiff_t tiles_together = D == 1 ? 64 : 1;
+    /// Whether threads pay for so many particles. Below a thousand they gained nothing (2D cpdi1 on 2 cores, 2026-11), and on a busy machine
+    /// waiting for a thread can cost more than the step. In 1D a particle costs a fraction of that.
+    static constexpr bool are_worth_threads(std::ptrdiff_t particles) { return particles >= (D == 1 ? 8192 : 1024); }
 
     Tiles() = default;  ///< as before the first sort
     Tiles(const Lattice<D>& lattice, int halo, std::ptrdiff_t particles = 0, int fields = 1)
@@ -225,8 +230,8 @@ class Tiles {
     {
         ORDO_EXPECT(!is_shared());
         for (const auto& colour : colours_)
-            parallel_for(
-                static_cast<std::ptrdiff_t>(colour.size()), [&](std::ptrdiff_t k) { f(tiles_[colour[k]]); }, is_large());
+            parallel_for_groups(
+                std::ssize(colour), tiles_together, [&](std::ptrdiff_t k) { f(tiles_[colour[k]]); }, is_large());
     }
 
     /// From now on scatters go through `relay`, whose messages are those of grid/rim_plan.hpp: what goes out after which tiles, and what
@@ -262,8 +267,8 @@ class Tiles {
     template <class F>
     void for_each(F&& f) const
     {
-        parallel_for(
-            static_cast<std::ptrdiff_t>(tiles_.size()),
+        parallel_for_groups(
+            std::ssize(tiles_), tiles_together,
             [&](std::ptrdiff_t k) {
                 if (is_shared())
                     timed(static_cast<int>(k), [&](const Tile& tile) { f(k, tile); });
@@ -292,18 +297,11 @@ class Tiles {
             nodes_of(block).for_each([&](const Index<D>& at) { f(at, block.first_node + lattice_.offset(at)); });
     }
 
-    /// f(k) for the places k of all blocks in blocks(), in parallel. A thread takes several at a time: a single block may cost
-    /// less than its scheduling.
+    /// f(k) for the places k of all blocks in blocks(), in parallel.
     template <class F>
     void for_each_block(F&& f) const
     {
-        constexpr std::ptrdiff_t together = 1024 / power_of(block_width, D);
-        const auto count                  = static_cast<std::ptrdiff_t>(blocks_.size());
-        parallel_for((count + together - 1) / together,
-                     [&](std::ptrdiff_t g) {
-                         for (std::ptrdiff_t k = g * together; k < std::min(count, (g + 1) * together); ++k) f(k);
-                     },
-                     is_large());
+        parallel_for_groups(std::ssize(blocks_), 1024 / power_of(block_width, D), f, is_large());
     }
     /// f(first node, end) for runs of consecutive nodes that cover all blocks that the material touches, and the extra nodes
     /// behind those of the grid.
@@ -371,9 +369,7 @@ class Tiles {
     std::ptrdiff_t first_node(int field) const { return field * static_cast<std::ptrdiff_t>(lattice_.node_count()); }
 
   private:
-    /// Below a thousand particles threads gained nothing (2D cpdi1 on 2 cores, 2026-11), and on a busy machine waiting for
-    /// a thread can cost more than the step. In 1D a particle costs a fraction of that.
-    bool is_large() const { return !tiles_.empty() && tiles_.back().end >= (D == 1 ? 8192 : 1024); }
+    bool is_large() const { return !tiles_.empty() && are_worth_threads(tiles_.back().end); }
 
     /// f(tile), and how long it took.
     template <class F>

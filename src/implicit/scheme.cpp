@@ -78,8 +78,8 @@ void Implicit<D>::take_step(State<D>& s, double dt) const
         }
         ++s.newton.halvings;
         if (++halved > static_cast<int>(method().step_halvings))
-            throw NumericalError(fmt::format("step {}, t = {:.6g} s: a step of {:.3g} s has no solution after {} halvings: {}",
-                                             s.n, s.t, part, halved - 1, why));
+            throw NumericalError(fmt::format("step {}, t = {:.6g} s: a step of {:.3g} s fails after {} halvings: {}", s.n, s.t,
+                                             part, halved - 1, why));
         part *= 0.5;
     }
 }
@@ -115,31 +115,30 @@ bool Implicit<D>::try_step(State<D>& s, double dt, std::string& why) const
             model().obstacles[missed].name);
         return false;
     }
-    if (const int i = folding_cell(s, step, r.u, dt); i >= 0) {
-        why = fmt::format("the cell of {} would turn over or fold; a smaller time step, a finer mesh of particles or a method "
-                          "whose domains cannot "
-                          "fold (cpdi1) may help",
-                          particle_text(s, i));
+    if (const TileReport moved = move_of_cells(s, step, r.u, dt); moved.fault != Fault::none) {
+        why = fmt::format("{}: {}", particle_text(s, moved.particle), describe(moved.fault, method()));
         return false;
     }
     finish(s, step, r.u, r.missing, dt);
     return true;
 }
 
-/// The particle whose cell turns over or folds where corners move with nodes by u, -1 if there is none. Moves them there and back.
+/// What cells report whose corners move with nodes by u. Moves them there and back.
 template <int D>
-int Implicit<D>::folding_cell(State<D>& s, const StepEquations<D>& step, const std::vector<double>& u, double dt) const
+TileReport Implicit<D>::move_of_cells(State<D>& s, const StepEquations<D>& step, const std::vector<double>& u, double dt) const
 {
-    if (!passes().move_corners) return -1;
+    if (!passes().move_corners) return {};
+    make_room(s.load_nodes, s.field.nodes.size());
+    Lanes* nodes            = s.load_nodes.data();
     Particles<D>& p         = s.particles;
     const TileReport before = std::exchange(s.report, TileReport{});
     {
         const Restored corner(p.corner), corner_velocity(p.corner_velocity), x(p.x), V(p.V);
-        step.set_mean_velocities(u, s.field.nodes.data());
-        move_corners(s, s.field.nodes.data(), dt);
+        clear(nodes, s.field.tiles);
+        step.set_mean_velocities(u, nodes);
+        move_corners(s, nodes, dt);
     }
-    const TileReport moved = std::exchange(s.report, before);
-    return moved.fault == Fault::domain_turned ? moved.particle : -1;
+    return std::exchange(s.report, before);
 }
 
 template <int D>

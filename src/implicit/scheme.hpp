@@ -35,7 +35,7 @@ class Implicit final : public PassScheme<D> {
                 double dt) const;
     void account_for(State<D>& s, StepEquations<D>& equations, const std::vector<double>& u, const std::vector<double>& missing,
                      double dt) const;
-    int folding_cell(State<D>& s, const StepEquations<D>& equations, const std::vector<double>& u, double dt) const;
+    TileReport move_of_cells(State<D>& s, const StepEquations<D>& equations, const std::vector<double>& u, double dt) const;
     std::string particle_text(const State<D>& s, int i) const;
     std::string blame(State<D>& s, const StepEquations<D>& equations, const std::vector<double>& residual) const;
     std::string loose_body(State<D>& s, const StepEquations<D>& equations) const;

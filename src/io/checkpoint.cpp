@@ -23,7 +23,7 @@ namespace ordo::io {
 
 namespace {
 
-constexpr int kFormat             = 12;   ///< of the file; raise it with every change of its content
+constexpr int kFormat             = 13;   ///< of the file; raise it with every change of its content
 constexpr std::size_t kHead       = 512;  ///< bytes of text before HDF5 begins (HDF5's user block)
 constexpr std::string_view kFirst = "ordo checkpoint\n";
 

@@ -20,8 +20,6 @@
 
 namespace ordo {
 
-namespace {
-
 std::string describe(Fault fault, const MethodSpec& method)
 {
     switch (fault) {
@@ -47,6 +45,8 @@ std::string describe(Fault fault, const MethodSpec& method)
     }
     return "nothing is wrong";
 }
+
+namespace {
 
 /// The tile of the first fault of a step on this rank; nowhere if there is none.
 template <int D>

@@ -7,7 +7,12 @@
 #include "method/stage_times.hpp"
 #include "method/state.hpp"
 
+#include <string>
+
 namespace ordo {
+
+/// What is wrong with a particle, and what may help.
+std::string describe(Fault fault, const MethodSpec& method);
 
 /// A method applied to a model. Owns the model, which changes with the stages of a run only.
 template <int D>

@@ -83,8 +83,9 @@ struct QuadraturePoints {
     void for_each_by_colour(F&& f) const
     {
         for (const auto& colour : colours)
-            parallel_for(
-                static_cast<std::ptrdiff_t>(colour.size()), [&](std::ptrdiff_t k) { f(colour[k]); }, count >= 1024);
+            parallel_for_groups(
+                std::ssize(colour), Tiles<D>::tiles_together, [&](std::ptrdiff_t k) { f(colour[k]); },
+                Tiles<D>::are_worth_threads(count));
     }
 };
 

@@ -246,7 +246,9 @@ constexpr Setting kSettings[] = {
     Setting{"newton_iterations", &MethodSpec::newton_iterations, 1, 1000,
             "implicit schemes: iterations after which a step is halved", true},
     Setting{"step_halvings", &MethodSpec::step_halvings, 0, 30,
-            "implicit schemes: how often a step that does not converge is halved before the run ends", true},
+            "implicit schemes: how often a step that does not converge, or that cells or obstacles do not allow, is halved "
+            "before the run ends",
+            true},
     Setting{"ghost_penalty", &MethodSpec::ghost_penalty, 0, 100,
             "implicit schemes: stiffness against jumps of derivatives next to nodes with little of a body, relative to the "
             "material's (Burman 2010; Coombs 2023)",

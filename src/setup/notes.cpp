@@ -1,5 +1,6 @@
 #include "setup/notes.hpp"
 
+#include "method/tables.hpp"
 #include "setup/contacts.hpp"
 #include "setup/inside.hpp"
 
@@ -207,15 +208,17 @@ void note_implicit_motion(const CaseSpec<D>& spec, std::vector<std::string>& not
 {
     const MethodSpec& method = spec.method;
     if (!is_implicit(method) || is_static(method)) return;
-    if (method.mass == MassMatrix::lumped)
+    MethodSpec consistent = method;
+    consistent.mass       = MassMatrix::consistent;
+    if (D > 1 && method.mass == MassMatrix::lumped && !broken_rule(consistent))
         notes.push_back(
             "with lumped mass implicit steps take energy from bodies that turn; mass = \"consistent\" in [method] keeps "
             "it (docs/implicit.md)");
-    if (!spec.time.dt && spec.time.cfl < 1)
-        notes.push_back(
-            fmt::format("the Courant number is {:.3g}: steps are as short as explicit ones; give dt in [time], as long as "
-                        "the motion that is to be seen allows",
-                        spec.time.cfl));
+    if (!spec.time.dt && spec.time.cfl <= 1)
+        notes.push_back(fmt::format(
+            "with cfl = {:.3g} steps are as short as explicit ones; give a larger one or dt in [time], as long as the "
+            "motion that is to be seen allows",
+            spec.time.cfl));
 }
 
 }  // namespace

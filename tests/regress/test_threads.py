@@ -23,6 +23,15 @@ PERIODIC = edit(
 )
 
 
+BAR = edit(
+    CASE,
+    ("dim = 2", "dim = 1"),
+    ("spacing = 0.25", "spacing = 0.0002"),
+    ('shape = "ball"\ncenter = 0.5\nradius = 0.25\n', "shape = 'box'\nlower = 0.1\nupper = 0.95\nvelocity = ['sin(5*x)']\nparticles_per_cell = 3\n"),
+    "[[boundary]]\nface = 'x-min'\ntype = 'fixed'\n[output]\ngrid = true\n",
+)
+
+
 class Threads(InTemporaryDirectory):
     def assert_same_for_any_threads(self, *args):
         for threads in (1, 2, 3, 8):
@@ -45,6 +54,11 @@ class Threads(InTemporaryDirectory):
         for preset in PRESETS:
             with self.subTest(preset):
                 self.assert_same_for_any_threads(self.write("case.toml", PERIODIC), "--set", f"method.preset={preset}")
+
+    def test_a_bar_of_many_particles(self):
+        for preset in ("mpm", "cpdi1", "cpls", "impm"):
+            with self.subTest(preset):
+                self.assert_same_for_any_threads(self.write("case.toml", BAR), "--set", f"method.preset={preset}", "--set", "time.dt=1e-5", "--set", "time.end=1e-4", "--set", "output.interval=5e-5")
 
     def test_splines_between_walls(self):
         whole = edit(PERIODIC, ("lower = [0.0, 0.25]\nupper = [1.0, 0.75]", "lower = 0.0\nupper = 1.0"), ("'10', '0.1", "'0.1*sin(pi*y)', '0.1*sin(pi*y)"), "[[boundary]]\nface = ['y-min', 'y-max']\ntype = 'symmetry'\n")
