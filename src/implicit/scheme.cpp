@@ -133,7 +133,10 @@ TileReport Implicit<D>::move_of_cells(State<D>& s, const StepEquations<D>& step,
     Particles<D>& p         = s.particles;
     const TileReport before = std::exchange(s.report, TileReport{});
     {
-        const Restored corner(p.corner), corner_velocity(p.corner_velocity), x(p.x), V(p.V);
+        const Restored corner(p.corner);
+        const Restored velocity(p.corner_velocity);
+        const Restored x(p.x);
+        const Restored V(p.V);
         clear(nodes, s.field.tiles);
         step.set_mean_velocities(u, nodes);
         move_corners(s, nodes, dt);

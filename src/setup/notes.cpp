@@ -211,7 +211,7 @@ void note_implicit_motion(const CaseSpec<D>& spec, std::vector<std::string>& not
     MethodSpec consistent = method;
     consistent.mass       = MassMatrix::consistent;
     if (D > 1 && method.mass == MassMatrix::lumped && !broken_rule(consistent))
-        notes.push_back(
+        notes.emplace_back(
             "with lumped mass implicit steps take energy from bodies that turn; mass = \"consistent\" in [method] keeps "
             "it (docs/implicit.md)");
     if (!spec.time.dt && spec.time.cfl <= 1)
