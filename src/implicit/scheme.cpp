@@ -134,7 +134,6 @@ TileReport Implicit<D>::move_of_cells(State<D>& s, const StepEquations<D>& step,
     const TileReport before = std::exchange(s.report, TileReport{});
     {
         const Restored corner(p.corner);
-        const Restored velocity(p.corner_velocity);
         const Restored x(p.x);
         const Restored V(p.V);
         clear(nodes, s.field.tiles);

@@ -62,7 +62,7 @@ void note_idle_conditions(const CaseSpec<D>& spec, const std::vector<SeedWalk<D>
                             spec.boundaries[static_cast<std::size_t>(b.boundary)].name));
     for (const BoundarySpec<D>& b : spec.boundaries) {
         if (!b.is_on_plane()) continue;
-        if (b.type != FaceType::fixed && b.type != FaceType::velocity && b.type != FaceType::displacement) continue;
+        if (b.type != FaceType::fixed && !moves_nodes(b.type)) continue;
         const double at = b.at.value_or(model.face(b.axis, b.is_above));
         double nearest  = HUGE_VAL;
         for_each_seed(seeds, [&](const Seed<D>& s, int) {
