@@ -65,7 +65,7 @@ class Array {
 
   public:
     Array() = default;
-    explicit Array(std::size_t n, Pages pages = Pages::heap) : size_(n)
+    explicit Array(std::size_t n, Pages pages = Pages::heap) : size_(n), room_(n)
     {
         if (n == 0) return;
         constexpr std::size_t line = 64;
@@ -86,19 +86,28 @@ class Array {
     const T* begin() const { return data_; }
     const T* end() const { return data_ + size_; }
 
+    /// Sets the size if there is room for it: as much as the array was made with. Elements stay where they are, also those beyond the size.
+    bool fit(std::size_t n)
+    {
+        if (n > room_) return false;
+        size_ = n;
+        return true;
+    }
+
     Array(Array&& o) noexcept { *this = std::move(o); }
     Array& operator=(Array&& o) noexcept
     {
         memory_ = std::move(o.memory_);
         data_   = std::exchange(o.data_, nullptr);
         size_   = std::exchange(o.size_, 0);
+        room_   = std::exchange(o.room_, 0);
         return *this;
     }
 
   private:
     Memory memory_;
     T* data_          = nullptr;
-    std::size_t size_ = 0;
+    std::size_t size_ = 0, room_ = 0;
 };
 
 /// Makes `to` a copy of `from`.

@@ -43,17 +43,6 @@ void parallel_for(std::ptrdiff_t n, F&& f, [[maybe_unused]] bool worth = true)
     for (std::ptrdiff_t k = 0; k < n; ++k) call_apart(f, k);
 }
 
-/// The same, each thread taking several k at a time: for f that may cost less than its scheduling.
-template <class F>
-void parallel_for_groups(std::ptrdiff_t n, std::ptrdiff_t together, F&& f, bool worth = true)
-{
-    parallel_for((n + together - 1) / together,
-                 [&](std::ptrdiff_t g) {
-                     for (std::ptrdiff_t k = g * together; k < std::min(n, (g + 1) * together); ++k) f(k);
-                 },
-                 worth);
-}
-
 /// f(thread, number of threads) by all threads at once, for work that one hands to another; thread 0 is the one that calls. `worth` as above.
 template <class F>
 void parallel_team(F&& f, [[maybe_unused]] bool worth = true)
@@ -71,20 +60,23 @@ void parallel_team(F&& f, [[maybe_unused]] bool worth = true)
 /// Elements per piece of a reduction: fixed, so that the order of a sum does not depend on the threads.
 inline constexpr std::ptrdiff_t kPiece = 2048;
 
-/// f(begin, end) over pieces of [0, n).
+/// f(begin, end) over pieces of [0, n). `worth` as above.
 template <class F>
-void parallel_pieces(std::ptrdiff_t n, F&& f)
+void parallel_pieces(std::ptrdiff_t n, F&& f, std::ptrdiff_t piece = kPiece, bool worth = true)
 {
-    parallel_for((n + kPiece - 1) / kPiece, [&](std::ptrdiff_t k) { f(k * kPiece, std::min(n, (k + 1) * kPiece)); });
+    parallel_for((n + piece - 1) / piece, [&](std::ptrdiff_t k) { f(k * piece, std::min(n, (k + 1) * piece)); }, worth);
 }
 
-/// f(i) for i in [0, n), in pieces: for cheap f.
+/// f(i) for i in [0, n), in pieces: for f that may cost less than its scheduling.
 template <class F>
-void parallel_for_each(std::ptrdiff_t n, F&& f)
+void parallel_for_each(std::ptrdiff_t n, F&& f, std::ptrdiff_t piece = kPiece, bool worth = true)
 {
-    parallel_pieces(n, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        for (std::ptrdiff_t i = begin; i < end; ++i) f(i);
-    });
+    parallel_pieces(
+        n,
+        [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+            for (std::ptrdiff_t i = begin; i < end; ++i) f(i);
+        },
+        piece, worth);
 }
 
 /// The fold of f(i) over [0, n) by `combine(total, value)`, starting at `zero`. Pieces are folded in parallel and then combined

@@ -2,9 +2,10 @@
 //
 // The value of a node is a sum that begins at 0 and takes tiles by colour. Where the next tile that may write to the node belongs to
 // another rank, the record goes there: before the colour of that tile, so the sum is the one that a single process finds, bit by bit.
-// After the last colour the sum goes to all ranks that hold the node's block. A rank needs a block if one of its tiles may write to it, or reads
-// nodes near it; it holds blocks that it needs and those with periodic images of their nodes. So all records of a block that a rank needs are right,
-// also after sums over images, and whatever is done to them after the scatter is done by each of these ranks.
+// After the last colour the sum goes to the ranks that need it. A rank needs a block if one of its tiles may write to it, or reads nodes near it;
+// it holds blocks that it needs and those with periodic images of their nodes. Where nodes have images, or are read from beyond the reach of
+// tiles, it needs all nodes of a block that it holds; else those that its tiles may write to, and others have no mass there. The rank where
+// sums over nodes count a block has all of it. Whatever is done to records after the scatter is done by each rank that has them.
 #pragma once
 
 #include "grid/tiles.hpp"
@@ -75,6 +76,23 @@ class BlockHolders {
         if (!r.empty()) r.erase(r.begin() + 1, r.end());
         return r;
     }
+    /// The rank where sums over nodes count the block, which therefore needs all of it: the one whose tiles reach most of its nodes.
+    int counting(const Block<D>& block, const std::vector<TileWriter<D>>& writers) const
+    {
+        if (writers.empty()) return needing(block).front();
+        const IndexBox<D> nodes = tiles_.nodes_of(block);
+        std::map<int, std::ptrdiff_t> reached;
+        for (const TileWriter<D>& one : writers) {
+            std::ptrdiff_t count = 1;
+            for (int a = 0; a < D; ++a)
+                count *= std::max(std::min(nodes.hi[a], one.nodes.hi[a]) - std::max(nodes.lo[a], one.nodes.lo[a]), 0);
+            reached[one.rank] += count;
+        }
+        return std::max_element(reached.begin(), reached.end(), [](const auto& a, const auto& b) { return a.second < b.second; })
+            ->first;
+    }
+    /// Whether ranks that hold the block need all of its nodes, not only those that their tiles may write to.
+    bool is_needed_whole(const Block<D>& block) const { return ring_ > 0 || !images(block).empty(); }
     /// The ranks that need the block or one with periodic images of its nodes: sums over images then find all of them.
     std::vector<int> holding(const Block<D>& block) const
     {
@@ -145,7 +163,7 @@ struct RimPlan {
     std::vector<RankMessage> out, in;
     std::vector<std::vector<int>> out_tiles;  ///< [message]: tiles of this rank that write to its records before it goes
     std::vector<std::vector<int>> in_tiles;   ///< [message]: those that add to them when it has come
-    std::vector<bool> counts_elsewhere;       ///< by block: sums over nodes count it on the rank of its first writer
+    std::vector<bool> counts_elsewhere;       ///< by block: sums over nodes count it on another rank
 };
 
 /// The plan of rank `index`, whose tiles these are with all blocks that it holds.
@@ -174,7 +192,9 @@ RimPlan plan_rims(const Tiles<D>& tiles, const Lattice<D>& lattice, const BlockH
         const std::vector<int> ranks = holders.holding(block);
         if (ranks.size() < 2) continue;
         const std::vector<TileWriter<D>> writers = holders.writers(block);
-        plan.counts_elsewhere[k] = (writers.empty() ? holders.needing(block).front() : writers.front().rank) != index;
+        const int counting                       = holders.counting(block, writers);
+        const bool is_whole                      = holders.is_needed_whole(block);
+        plan.counts_elsewhere[k]                 = counting != index;
         tiles.nodes_of(block).for_each([&](const Index<D>& at) {
             const std::ptrdiff_t node   = block.first_node + lattice.offset(at);
             const TileWriter<D>* before = nullptr;
@@ -187,8 +207,13 @@ RimPlan plan_rims(const Tiles<D>& tiles, const Lattice<D>& lattice, const BlockH
                 before = &one;
             }
             if (!before) return;  // zero on all ranks
+            auto needs = [&](int rank) {
+                return is_whole || rank == counting || std::any_of(writers.begin(), writers.end(), [&](const TileWriter<D>& one) {
+                           return one.rank == rank && one.nodes.contains(at);
+                       });
+            };
             for (const int rank : ranks) {
-                if (rank == before->rank) continue;
+                if (rank == before->rank || !needs(rank)) continue;
                 if (before->rank == index) add(out[{rank, last}], node, before);
                 if (rank == index) add(in[{before->rank, last}], node, nullptr);
             }

@@ -230,8 +230,8 @@ class Tiles {
     {
         ORDO_EXPECT(!is_shared());
         for (const auto& colour : colours_)
-            parallel_for_groups(
-                std::ssize(colour), tiles_together, [&](std::ptrdiff_t k) { f(tiles_[colour[k]]); }, is_large());
+            parallel_for_each(
+                std::ssize(colour), [&](std::ptrdiff_t k) { f(tiles_[colour[k]]); }, tiles_together, is_large());
     }
 
     /// From now on scatters go through `relay`, whose messages are those of grid/rim_plan.hpp: what goes out after which tiles, and what
@@ -267,15 +267,15 @@ class Tiles {
     template <class F>
     void for_each(F&& f) const
     {
-        parallel_for_groups(
-            std::ssize(tiles_), tiles_together,
+        parallel_for_each(
+            std::ssize(tiles_),
             [&](std::ptrdiff_t k) {
                 if (is_shared())
                     timed(static_cast<int>(k), [&](const Tile& tile) { f(k, tile); });
                 else
                     f(k, tiles_[k]);
             },
-            is_large());
+            tiles_together, is_large());
     }
 
     /// The nodes of a block.
@@ -301,7 +301,7 @@ class Tiles {
     template <class F>
     void for_each_block(F&& f) const
     {
-        parallel_for_groups(std::ssize(blocks_), 1024 / power_of(block_width, D), f, is_large());
+        parallel_for_each(std::ssize(blocks_), f, 1024 / power_of(block_width, D), is_large());
     }
     /// f(first node, end) for runs of consecutive nodes that cover all blocks that the material touches, and the extra nodes
     /// behind those of the grid.

@@ -27,23 +27,31 @@ namespace {
 template <int D>
 void assign(const Model<D>& model, const Lattice<D>& lattice, Tiles<D>& tiles, State<D>& s)
 {
-    Particles<D>& particles = s.particles;
-    auto key                = [&](std::ptrdiff_t i) {
+    Particles<D>& p = s.particles;
+    auto key        = [&](const Vec<D>& x, int body) {
         Index<D> cell{};
-        for (int a = 0; a < D; ++a) cell[a] = static_cast<int>(lattice.cell_coordinate(a, particles.x[i][a]));
-        return tiles.key(cell, model.field_of(particles.body[i]));
+        for (int a = 0; a < D; ++a) cell[a] = static_cast<int>(lattice.cell_coordinate(a, x[a]));
+        return tiles.key(cell, model.field_of(body));
     };
-    Division division;
-    if (!s.ranks->is_alone()) division = migrate<D>(model, s, tiles, [&](int i) { return tiles.tile_of(key(i)); });
-    Array<int> order;
-    {
-        Array<std::uint64_t> keys(particles.count, Pages::own);
-        parallel_for_each(particles.count, [&](std::ptrdiff_t i) { keys[i] = key(i); });
-        order = sort_keys(keys, tiles.key_end());
+    auto sorted = [&](int count, const auto& key_of) {
+        Array<std::uint64_t> keys(count, Pages::own);
+        parallel_for_each(count, [&](std::ptrdiff_t i) { keys[i] = key_of(i); });
+        Array<int> order = sort_keys(keys, tiles.key_end());
         tiles.assign(keys);
+        return order;
+    };
+    auto key_here = [&](std::ptrdiff_t i) { return key(p.x[i], p.body[i]); };
+    if (s.ranks->is_alone()) {
+        if (const Array<int> order = sorted(p.count, key_here); !order.empty()) permute(p, order);
+        return;
     }
-    if (!order.empty()) permute(particles, order);
-    if (s.ranks->is_alone()) return;
+    Division division        = migrate<D>(model, s, tiles, [&](int i) { return tiles.tile_of(key_here(i)); });
+    const FieldGroups groups = field_groups(model);
+    const std::size_t x_at = offset_of(p, groups, p.x), body_at = offset_of(p, groups, p.body);
+    const Merged& all = division.particles;
+    take(p, groups, all,
+         sorted(all.count(), [&](std::ptrdiff_t k) { return key(all.value(p.x, x_at, k), all.value(p.body, body_at, k)); }));
+    division.particles = {};
     join_rims(*s.ranks, model.method, lattice, division.owners, tiles);
     for (std::size_t k = 0; k < tiles.tile_numbers().size(); ++k)
         if (const auto known = division.seconds.find(tiles.tile_numbers()[k]); known != division.seconds.end())

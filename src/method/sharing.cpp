@@ -3,7 +3,6 @@
 #include "base/error.hpp"
 #include "grid/hilbert.hpp"
 #include "method/layout.hpp"
-#include "particles/travel.hpp"
 
 #include <fmt/format.h>
 
@@ -129,8 +128,8 @@ void share(Ranks& ranks, const Lattice<D>& lattice, const BlockHolders<D>& holde
 
 /// Sends particles to the ranks to[particle], where they are merged by their places.
 template <int D>
-void send(Ranks& ranks, const FieldGroups& groups, const std::vector<OldPlace>& places, const std::vector<int>& to,
-          Particles<D>& p)
+Merged send(Ranks& ranks, const FieldGroups& groups, const std::vector<OldPlace>& places, const std::vector<int>& to,
+            Particles<D>& p)
 {
     std::vector<std::size_t> counts(static_cast<std::size_t>(ranks.count()), 0);
     for (const int rank : to) ++counts[static_cast<std::size_t>(rank)];
@@ -141,7 +140,7 @@ void send(Ranks& ranks, const FieldGroups& groups, const std::vector<OldPlace>& 
         const auto k = static_cast<std::size_t>(i);
         if (to[k] != ranks.index()) pack(p, groups, i, places[k], out[static_cast<std::size_t>(to[k])]);
     }
-    merge(
+    return merge(
         p, groups, places, [&](int i) { return to[static_cast<std::size_t>(i)] != ranks.index(); },
         ranks.exchange(std::move(out)));
 }
@@ -168,7 +167,8 @@ void distribute(const Model<D>& model, const Lattice<D>& lattice, std::int64_t f
             to.push_back(owners.rank_of(number));
         }
     }
-    send(ranks, field_groups(model), places, to, s.particles);
+    const FieldGroups groups = field_groups(model);
+    take(s.particles, groups, send(ranks, groups, places, to, s.particles));
     tiles.keep([&](std::uint64_t tile) { return owners.rank_of(tile) == ranks.index(); }, std::move(own));
     share(ranks, lattice, holders, tiles);
 }
@@ -224,7 +224,7 @@ Division migrate(const Model<D>& model, State<D>& s, const Tiles<D>& tiles, cons
             sum.time += one.time;
         }
     const bool has_times = largest(ranks, p.count > 0 && times.empty() ? 1 : 0) == 0;
-    Division r{divide(ranks, tiles, list(), has_times, s.cuts), {}};
+    Division r{divide(ranks, tiles, list(), has_times, s.cuts), {}, {}};
     constexpr double kept = 0.8;  // of a time at the next sort
     for (const auto& [number, one] : all)
         if (has_times && r.owners.rank_of(number) == ranks.index())
@@ -232,7 +232,7 @@ Division migrate(const Model<D>& model, State<D>& s, const Tiles<D>& tiles, cons
 
     std::vector<int> to(tile.size());
     for (std::size_t k = 0; k < to.size(); ++k) to[k] = k > 0 && tile[k] == tile[k - 1] ? to[k - 1] : r.owners.rank_of(tile[k]);
-    send(ranks, field_groups(model), places_of(p, s.field.tiles), to, p);
+    r.particles = send(ranks, field_groups(model), places_of(p, s.field.tiles), to, p);
     return r;
 }
 

@@ -4,6 +4,7 @@
 #include "base/joined_rows.hpp"
 #include "grid/rim_plan.hpp"
 #include "method/state.hpp"
+#include "particles/travel.hpp"
 
 #include <functional>
 #include <map>
@@ -30,11 +31,11 @@ void distribute(const Model<D>& model, const Lattice<D>& lattice, std::int64_t f
 struct Division {
     TileOwners owners;
     std::map<std::uint64_t, double> seconds;
+    Merged particles;  ///< of this rank, in the order of the sort before, or of their numbers if there was none
 };
 
 /// Divides the tiles of the coming sort among the ranks, and sends particles to the ranks of their tiles. tile_of(i) is the number of the
-/// tile of particle i. Particles are then in the order of the sort before, or
-/// of their numbers if there was none.
+/// tile of particle i. The fields of `s` stay as they are.
 template <int D>
 Division migrate(const Model<D>& model, State<D>& s, const Tiles<D>& tiles, const std::function<std::uint64_t(int)>& tile_of);
 

@@ -83,8 +83,8 @@ struct QuadraturePoints {
     void for_each_by_colour(F&& f) const
     {
         for (const auto& colour : colours)
-            parallel_for_groups(
-                std::ssize(colour), Tiles<D>::tiles_together, [&](std::ptrdiff_t k) { f(colour[k]); },
+            parallel_for_each(
+                std::ssize(colour), [&](std::ptrdiff_t k) { f(colour[k]); }, Tiles<D>::tiles_together,
                 Tiles<D>::are_worth_threads(count));
     }
 };

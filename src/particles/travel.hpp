@@ -1,13 +1,16 @@
-// Particles that go from rank to rank. They arrive in the order that a single process has them in.
+// Particles that go from rank to rank, and the order of a single process that they have there.
 #pragma once
 
 #include "base/ranks.hpp"
 #include "particles/particles.hpp"
+#include "particles/sort.hpp"
 
 #include <algorithm>
 #include <compare>
 #include <cstdint>
 #include <cstring>
+#include <iterator>
+#include <utility>
 #include <vector>
 
 namespace ordo {
@@ -51,36 +54,70 @@ void pack(Particles<D>& p, const FieldGroups& groups, int i, const OldPlace& pla
     }
 }
 
-/// Takes the particles for which goes(i) holds out of `p`, and puts those in `bytes`, one list a rank, between the others in the order of
-/// their places. `places` are those of the particles of p, ascending. Corners are not renumbered: each rank has room for all.
-template <int D, class Goes>
-void merge(Particles<D>& p, const FieldGroups& groups, const std::vector<OldPlace>& places, const Goes& goes,
-           const std::vector<Bytes>& bytes)
+/// Where a field begins among the packed fields of a particle.
+template <int D, class T>
+std::size_t offset_of(Particles<D>& p, const FieldGroups& groups, const Array<T>& which)
 {
-    struct Entry {
-        OldPlace place;
-        int kept;                    ///< its number in p, or -1
-        const unsigned char* bytes;  ///< after its place
-    };
-    std::vector<Entry> all;
-    for (int i = 0; i < p.count; ++i)
-        if (!goes(i)) all.push_back({places[static_cast<std::size_t>(i)], i, nullptr});
-    const auto kept = static_cast<std::ptrdiff_t>(all.size());
+    std::size_t r = 0;
+    bool is_found = false;
+    p.for_each_field_of(groups, [&](const auto& field) {
+        is_found = is_found || static_cast<const void*>(&field) == &which;
+        if (!is_found) r += sizeof(field[0]);
+    });
+    return r;
+}
 
-    const std::size_t size = size_of_fields(p, groups);
+/// The particles of a rank after some have gone and others have come, in the order of their places.
+struct Merged {
+    std::vector<int> from;                       ///< its former number here, or -1 - k of the one that has come as number k
+    std::vector<const unsigned char*> arrivals;  ///< the packed fields of those that have come
+    std::vector<Bytes> bytes;                    ///< where these lie
+
+    Merged()                         = default;
+    Merged(Merged&&)                 = default;
+    Merged& operator=(Merged&&)      = default;
+    Merged(const Merged&)            = delete;  // its pointers would be those of the other
+    Merged& operator=(const Merged&) = delete;
+
+    int count() const { return static_cast<int>(from.size()); }
+    /// The bytes of an element of particle k, of a field that begins at `offset` of the packed ones.
+    template <class T>
+    const unsigned char* at(const Array<T>& field, std::size_t offset, std::ptrdiff_t k) const
+    {
+        const int i = from[static_cast<std::size_t>(k)];
+        return i >= 0 ? bytes_at(field, i) : arrivals[static_cast<std::size_t>(-1 - i)] + offset;
+    }
+    /// The element.
+    template <class T>
+    T value(const Array<T>& field, std::size_t offset, std::ptrdiff_t k) const
+    {
+        T r{};
+        std::memcpy(&r, at(field, offset, k), sizeof(r));
+        return r;
+    }
+};
+
+/// Lists the particles for which goes(i) does not hold, and those in `bytes`, one list a rank. `places` are those of the particles of p,
+/// ascending. Sets the corners of those that have come; corners are not renumbered: each rank has room for all.
+template <int D, class Goes>
+Merged merge(Particles<D>& p, const FieldGroups& groups, const std::vector<OldPlace>& places, const Goes& goes,
+             std::vector<Bytes> bytes)
+{
+    struct Arrival {
+        OldPlace place;
+        const unsigned char* fields;
+    };
+    std::vector<Arrival> arrivals;
+    const std::size_t size = size_of_fields(p, groups), cell_at = offset_of(p, groups, p.cell);
     for (const Bytes& from : bytes)
         for (const unsigned char* at = from.data(); at != from.data() + from.size();) {
-            Entry one{{}, -1, at + sizeof(OldPlace)};
+            Arrival one{{}, at + sizeof(OldPlace)};
             std::memcpy(&one.place, at, sizeof(OldPlace));
-            all.push_back(one);
-            at = one.bytes + size;
+            arrivals.push_back(one);
+            at = one.fields + size;
             if (!groups.cells) continue;
             CornerIds<D> cell;
-            std::size_t offset = 0;
-            p.for_each_field_of(groups, [&](const auto& field) {
-                if (static_cast<const void*>(&field) == &p.cell) std::memcpy(&cell, one.bytes + offset, sizeof(cell));
-                offset += sizeof(field[0]);
-            });
+            std::memcpy(&cell, one.fields + cell_at, sizeof(cell));
             for (int c = 0; c < cell.count(); ++c) {
                 const auto corner = static_cast<std::size_t>(cell[c]);
                 std::memcpy(&p.corner[corner], at, sizeof(Vec<D>));
@@ -90,25 +127,36 @@ void merge(Particles<D>& p, const FieldGroups& groups, const std::vector<OldPlac
                 at += sizeof(Vec<D>);
             }
         }
-    if (kept == p.count && kept == static_cast<std::ptrdiff_t>(all.size())) return;
-    auto by_place = [](const Entry& a, const Entry& b) { return a.place < b.place; };
-    std::sort(all.begin() + kept, all.end(), by_place);
-    std::inplace_merge(all.begin(), all.begin() + kept, all.end(), by_place);
+    std::sort(arrivals.begin(), arrivals.end(), [](const Arrival& a, const Arrival& b) { return a.place < b.place; });
 
-    std::size_t offset = 0;
-    p.for_each_field_of(groups, [&]<class T>(Array<T>& field) {
-        Array<T> moved(all.size(), Pages::own);
-        parallel_for_each(static_cast<std::ptrdiff_t>(all.size()), [&](std::ptrdiff_t k) {
-            const Entry& from = all[static_cast<std::size_t>(k)];
-            std::memcpy(&moved[static_cast<std::size_t>(k)],
-                        from.kept >= 0 ? static_cast<const void*>(&field[static_cast<std::size_t>(from.kept)])
-                                       : from.bytes + offset,
-                        sizeof(T));
+    Merged r;
+    r.bytes = std::move(bytes);
+    for (const Arrival& one : arrivals) r.arrivals.push_back(one.fields);
+    r.from.reserve(static_cast<std::size_t>(p.count) + arrivals.size());
+    int come = 0;
+    for (int i = 0; i < p.count; ++i) {
+        if (goes(i)) continue;
+        for (;
+             come < std::ssize(arrivals) && arrivals[static_cast<std::size_t>(come)].place < places[static_cast<std::size_t>(i)];
+             ++come)
+            r.from.push_back(-1 - come);
+        r.from.push_back(i);
+    }
+    for (; come < std::ssize(arrivals); ++come) r.from.push_back(-1 - come);
+    return r;
+}
+
+/// Makes them the particles of p, in that order, or permuted: number k is merged[order[k]].
+template <int D>
+void take(Particles<D>& p, const FieldGroups& groups, const Merged& merged, const Array<int>& order = {})
+{
+    if (order.empty() && merged.arrivals.empty() && merged.count() == p.count) return;
+    rearrange<D>(
+        merged.count(), [&](auto&& visit) { p.for_each_field_of(groups, visit); },
+        [&](const auto& field, std::size_t offset, std::ptrdiff_t k) {
+            return merged.at(field, offset, order.empty() ? k : order[k]);
         });
-        field = std::move(moved);
-        offset += sizeof(T);
-    });
-    p.count = static_cast<int>(all.size());
+    p.count = merged.count();
 }
 
 }  // namespace ordo

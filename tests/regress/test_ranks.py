@@ -119,6 +119,17 @@ class Ranks(InTemporaryDirectory):
             self.good_on(count, "case.toml", "--output", f"on{count}", threads=threads)
             self.assert_same_files("one", f"on{count}")
 
+    def test_many_steps(self):
+        """And sorts."""
+        self.write_flight()
+        for preset in ("cpdi1", "cpls", "cpdi2"):
+            sets = ("--set", f"method.preset={preset}", "--set", "time.end=0.4", "--set", "time.cfl=0.1", "--set", "output.interval=0.2")
+            self.run_good("case.toml", "--output", preset, *sets)
+            rows = (self.dir / preset / "history.csv").read_text().splitlines()
+            self.assertGreater(len(rows), 200)
+            self.good_on(3, "case.toml", "--output", f"{preset}-three", *sets)
+            self.assert_same_files(preset, f"{preset}-three")
+
     def test_frames_of_every_kind(self):
         """On more ranks than have tiles, some of them."""
         self.write_flight()
@@ -199,30 +210,70 @@ class Ranks(InTemporaryDirectory):
                 self.assertEqual(len(self.said_by_ordo(done.stderr)), 1, done.stderr)
                 self.assertFalse((self.dir / "out").exists())
 
+    def test_a_file_that_cannot_be_read(self):
+        self.write_flight(('shape = "box"\nlower = [1.2, 0.0]\nupper = [1.5, 0.4]\n', 'shape = "particles"\nfile = "nowhere.csv"\n'))
+        done = self.on(3, "case.toml", "--output", "out")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertEqual(len(self.said_by_ordo(done.stderr)), 1, done.stderr)
+        self.assertIn("nowhere.csv", done.stderr)
+        self.assertFalse((self.dir / "out").exists())
+
+    def test_a_library_that_cannot_be_loaded(self):
+        self.write_flight()
+        place = self.dir / "broken"
+        place.mkdir()
+        shutil.copy(ORDO, place)
+        (place / "libordo_ranks.so").write_text("nonsense")
+        line = ["mpiexec", "-n", "3", place / "ordo", "run", "case.toml", "--output", "out"]
+        done = subprocess.run(line, cwd=self.dir, text=True, capture_output=True, timeout=HANG)
+        self.assertNotEqual(done.returncode, 0)
+        said = self.said_by_ordo(done.stderr)
+        self.assertEqual(len(said), 1, done.stderr)
+        self.assertIn("libordo_ranks.so cannot be loaded", said[0])
+        self.assertFalse((self.dir / "out").exists())
+
     def test_a_particle_that_fails_is_that_of_one_process(self):
+        """In each corner of the grid, so on any rank."""
         self.write_flight(('face = ["y-min", "x-max"]', 'face = "y-min"'))
-        args = ("case.toml", "--set", "time.end=2", "--set", "output.interval=0.2")
-        alone = subprocess.run([ORDO, "run", *args, "--output", "one", "--threads", "1"], cwd=self.dir, text=True, capture_output=True, timeout=HANG)
-        self.assertEqual(alone.returncode, 1, alone.stderr)
-        done = self.on(3, *args, "--output", "three")
+        for name, velocity in (("right", ["3", "0.5"]), ("top", ["0.5", "4"]), ("left", ["-4", "0"])):
+            with self.subTest(name):
+                args = ("case.toml", "--set", "time.end=2", "--set", "output.interval=0.2", "--set", f"body.0.velocity={velocity}".replace("'", '"'))
+                line = [ORDO, "run", *args, "--output", f"{name}-one", "--threads", "1"]
+                alone = subprocess.run(line, cwd=self.dir, text=True, capture_output=True, timeout=HANG)
+                self.assertEqual(alone.returncode, 1, alone.stderr)
+                done = self.on(3, *args, "--output", f"{name}-three")
+                self.assertEqual(done.returncode, 1, done.stderr)
+                failed = [line for line in self.said_by_ordo(alone.stderr) if "the run failed" in line]
+                self.assertEqual(len(failed), 1)
+                self.assertEqual([line for line in self.said_by_ordo(done.stderr) if "the run failed" in line], failed)
+                self.assert_same_files(f"{name}-one", f"{name}-three")
+
+    def limited(self, kilobytes, *args):
+        """Three ranks, of which the one that writes may write no longer files."""
+        limit = ["bash", "-c", f'[ "$OMPI_COMM_WORLD_RANK$PMI_RANK" != 0 ] || ulimit -f {kilobytes}; exec "$@"', "-"]
+        line = ["mpiexec", "-n", "3", *limit, ORDO, "run", "case.toml", "--output", "out", "--threads", "1", "--quiet", *args]
+        done = subprocess.run(line, cwd=self.dir, text=True, capture_output=True, timeout=HANG)
         self.assertEqual(done.returncode, 1, done.stderr)
-        failed = [line for line in self.said_by_ordo(alone.stderr) if "the run failed" in line]
-        self.assertEqual([line for line in self.said_by_ordo(done.stderr) if "the run failed" in line], failed)
-        self.assert_same_files("one", "three")
+        said = self.said_by_ordo(done.stderr)
+        self.assertEqual(len(said), 1, done.stderr)
+        self.assertRegex(said[0], "cannot be (written|created|made|copied)")
+        self.assertEqual(list(self.dir.glob("out/*.part")), [])
 
     def test_files_that_may_not_grow(self):
-        """On the rank that writes: one message, whole files."""
+        """One message, whole files."""
         self.write_flight()
-        for size in (500, 20_000):
+        for kilobytes in (1, 20):
             shutil.rmtree(self.dir / "out", ignore_errors=True)
-            limit = ["bash", "-c", f'[ "$OMPI_COMM_WORLD_RANK$PMI_RANK" != 0 ] || ulimit -f {max(size // 1024, 1)}; exec "$@"', "-"]
-            line = ["mpiexec", "-n", "3", *limit, ORDO, "run", "case.toml", "--output", "out", "--threads", "1", "--quiet"]
-            done = subprocess.run(line, cwd=self.dir, text=True, capture_output=True, timeout=HANG)
-            self.assertEqual(done.returncode, 1, done.stderr)
-            said = self.said_by_ordo(done.stderr)
-            self.assertEqual(len(said), 1, done.stderr)
-            self.assertRegex(said[0], "cannot be (written|created|made|copied)")
-            self.assertEqual(list(self.dir.glob("out/*.part")), [])
+            self.limited(kilobytes)
+
+    @unittest.skipUnless(has_hdf5(), "ordo was built without HDF5")
+    def test_a_run_goes_on_once_files_may_grow(self):
+        self.write_flight()
+        self.run_good("case.toml", "--output", "whole")
+        self.good_on(3, "case.toml", "--output", "out", "--set", "time.end=0.1")
+        self.limited(20, "--restart", "latest")
+        self.good_on(2, "case.toml", "--output", "out", "--restart", "latest")
+        self.assert_same_files("whole", "out")
 
     # ---- ends
 
@@ -240,19 +291,20 @@ class Ranks(InTemporaryDirectory):
         longer = ("--set", "time.end=0.9", "--set", "output.interval=0.1", "--set", "grid.size=[6.0, 1.0]", "--set", "checkpoint.keep=1")
         self.write_flight()
         self.run_good("case.toml", "--output", "whole", *longer)
-        for what in ("USR1", "TERM", "KILL"):
+        for what in ("USR1", "TERM", "KILL 0", "KILL 1", "KILL 2"):
             with self.subTest(what):
                 process = self.on(3, "case.toml", "--output", what, *longer, run=start, start_new_session=True)
                 self.addCleanup(process.kill)
                 self.wait_for(self.dir / what / "particles_000002.vtu", process)
-                if what == "KILL":
+                if what.startswith("KILL"):
                     ranks = subprocess.run(["pgrep", "-s", str(process.pid), "-x", "ordo"], capture_output=True, text=True).stdout.split()
                     self.assertEqual(len(ranks), 3)
-                    os.kill(int(ranks[1]), signal.SIGKILL)
+                    os.kill(int(ranks[int(what[-1])]), signal.SIGKILL)
                 else:
                     process.send_signal(getattr(signal, "SIG" + what))
                 _, err = process.communicate(timeout=HANG)
                 self.assertNotEqual(process.returncode, 0, err)
+                self.assertLessEqual(len([line for line in self.said_by_ordo(err) if "error" in line or "stopped" in line]), 1, err)
                 if what == "USR1":
                     self.assertIn(f"stopped by signal {int(signal.SIGUSR1)}", err)
                 for _, path in frames(self.dir / what):

@@ -179,6 +179,7 @@ class ThreadRanks final : public Ranks {
     }
     std::unique_ptr<Relay> relay(std::vector<RankMessage> out, std::vector<RankMessage> in) override
     {
+        messages = out;
         return std::make_unique<ThreadRelay>(crew_, index_, std::move(out), std::move(in), traffic);
     }
     std::vector<int> divide(std::span<const std::int64_t> weights, std::span<const int> before) const override
@@ -193,6 +194,7 @@ class ThreadRanks final : public Ranks {
     }
 
     Traffic traffic;
+    std::vector<RankMessage> messages;  ///< that go out in each scatter
 
   private:
     template <class T, class Combine>
