@@ -79,12 +79,11 @@ Costs costs_of(const Scheme<3>& scheme, State<3>& s, const std::function<void()>
     Ranks& ranks          = *s.ranks;
     scheme.step(s, dt);
     const Tiles<3>& tiles = s.field.tiles;
-    for (std::size_t k = 0; tiles.is_shared() && k < tiles.tiles().size();
-         ++k)  // ranks that share cores measure no times worth having
+    // Ranks that share cores measure no times worth having: all particles count alike.
+    for (std::size_t k = 0; tiles.is_shared() && k < tiles.tiles().size(); ++k)
         tiles.weigh(k, 1e-7 * (tiles.tiles()[k].end - tiles.tiles()[k].begin) - tiles.seconds(k));
     sort_particles(model, s);
-    for (Vec<3>& x : s.particles.x)
-        x += Vec<3>::filled(0.26);  // half of them to the next cell along each axis, and whole tiles are full
+    for (Vec<3>& x : s.particles.x) x += Vec<3>::filled(0.26);  // half of them to the next cell; tiles are full then
     Costs r;
     r.particles  = s.particles.count;
     r.tile_width = s.field.tiles.width();
