@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Times runs on ranks against runs in one process: a block or a ball in 3D that flies through the grid.
 
-    scripts/ranks_speed.py build/release/ordo [OTHER_ORDO ...] [--shape box] [--particles 100000] [--steps 20] [--turns 5] [--methods mpm,cpdi1]
+    scripts/ranks_speed.py build/release/ordo [OTHER_ORDO ...] [--shape box] [--particles 100000] [--steps 20] [--turns 5] [--methods mpm,cpdi1] [--shear 0.02]
 
 Runs, also those of other programs, take turns, so that a busy machine slows all alike. Prints the median seconds of the steps and of the two frames, without set-up and start of MPI,
 and ratios of speeds. With one rank ordo starts no MPI. It must have been built with -DORDO_RANKS=ON. Exit code 1 if a run fails.
@@ -35,7 +35,7 @@ poisson = 0.3
 [[body]]
 material = "soft"
 {shape}
-velocity = ["0.5 + 0.02*sin(y)", "0.3", "0.2"]
+velocity = ["0.5 + {shear}*sin(y)", "0.3", "0.2"]
 [output]
 interval = {end}
 history_interval = 1000000
@@ -60,13 +60,13 @@ FREE = {
 }
 
 
-def case_of(method, shape, particles, steps):
+def case_of(method, shape, particles, steps, shear):
     """The text of a case, and about how many particles it has."""
     cells = max(round((particles / 8) ** (1 / 3)), 2)
     dt = 0.1
     end = dt * steps
     size = math.ceil(1.25 * cells) + 8 + int(end)
-    return CASE.format(method=method, size=size, shape=SHAPES[shape](cells), dt=dt, end=end), 8 * cells**3
+    return CASE.format(method=method, size=size, shape=SHAPES[shape](cells), dt=dt, end=end, shear=shear), 8 * cells**3
 
 
 def seconds(ordo, case, processes, threads, folder):
@@ -88,11 +88,12 @@ def main():
     parser.add_argument("--steps", type=int, default=20)
     parser.add_argument("--turns", type=int, default=5)
     parser.add_argument("--methods", default="mpm,cpdi1")
+    parser.add_argument("--shear", type=float, default=0.02, help="of the velocities; with 0 the body flies as it is")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         for method in given.methods.split(","):
             case = pathlib.Path(folder) / f"{method}.toml"
-            text, particles = case_of(method, given.shape, given.particles, given.steps)
+            text, particles = case_of(method, given.shape, given.particles, given.steps, given.shear)
             case.write_text(text)
             times = {(ordo, way): [] for ordo in given.ordo for way in WAYS}
             for _ in range(given.turns):
