@@ -238,26 +238,89 @@ velocity = [1.0, 0.0, 0.0]
 """
 
 
+def run_time(bench, case, *args, clock=time.perf_counter):
+    """Of `ordo run`, s; `case` is a file or its text."""
+    with tempfile.TemporaryDirectory() as directory:
+        if isinstance(case, str):
+            text, case = case, pathlib.Path(directory) / "case.toml"
+            case.write_text(text)
+        begin = clock()
+        done = subprocess.run([bench.ordo, "run", case, "--quiet", "--output", pathlib.Path(directory) / "out", *args], capture_output=True, text=True)
+        if done.returncode != 0:
+            raise Failed(done.stderr.strip())
+        return clock() - begin
+
+
+def time_of_children():
+    """Processor time of the programs that have ended, s."""
+    used = os.times()
+    return used.children_user + used.children_system
+
+
 def judge_writing(table, bench, options):
     """The time of a run that writes particles every 100 steps over that of one that writes only the first and the last."""
     dt, steps = 1e-5, 500
 
     def run(interval):
-        def measure():
-            with tempfile.TemporaryDirectory() as directory:
-                case = pathlib.Path(directory) / "case.toml"
-                case.write_text(WRITING_CASE.format(end=dt * steps, dt=dt, interval=interval))
-                begin = time.perf_counter()
-                done = subprocess.run([bench.ordo, "run", case, "--quiet", "--output", pathlib.Path(directory) / "out"],
-                                      capture_output=True, text=True)
-                if done.returncode != 0:
-                    raise Failed(done.stderr.strip())
-                return time.perf_counter() - begin
-
-        return measure
+        return lambda: run_time(bench, WRITING_CASE.format(end=dt * steps, dt=dt, interval=interval))
 
     table.judge("writing", "time of mpm with particles every 100 steps over first and last, 3D", "<=", 1.05,
                 lambda: ratio(run(100 * dt), run(steps * dt), options.runs))
+
+
+BODIES = """
+[grid]
+spacing = 0.01
+size = {size}
+[method]
+preset = "cpdi1"
+[time]
+end = {end}
+dt = 1e-5
+[output]
+interval = 1.0
+[[material]]
+name = "solid"
+young = 1e7
+poisson = 0.3
+density = 1000.0
+[[body]]
+name = "one"
+material = "solid"
+shape = "box"
+lower = {lower[0]}
+upper = {upper[0]}
+velocity = {velocity}
+[[body]]
+name = "other"
+material = "solid"
+shape = "box"
+lower = {lower[1]}
+upper = {upper[1]}
+"""
+APART = {"size": [2.4, 0.8], "lower": [[0.1, 0.1], [1.5, 0.1]], "upper": [[0.8, 0.66], [2.2, 0.66]], "velocity": [0, 0]}
+SLABS = {"size": [1.2, 1.2, 0.2], "lower": [[0.05, 0.05, 0.05], [0.0513, 0.0517, 0.09]],  # each of 8 layers of particles
+         "upper": [[1.15, 1.15, 0.09], [1.1513, 1.1517, 0.13]], "velocity": [0, 0, 0.05]}
+CONTACT = "[[contact]]\nbodies = ['one', 'other']\ntype = 'frictional'\nfriction = 0.3\n"
+
+
+def judge_contact(table, bench, options):
+    """Processor time with a [[contact]] over that without, one thread; and the share of 97000 points between 774000 particles in a step."""
+    def run(case, *args):
+        return lambda: run_time(bench, case, "--threads", "1", *args, clock=time_of_children)
+
+    def steps(bodies, count, more=""):
+        """Without the set-up."""
+        few, all_of_them = (run(BODIES.format(end=n * 1e-5, **bodies) + more) for n in (5, 5 + count))
+        return lambda: all_of_them() - few()
+
+    disks = ROOT / "cases/two-disks-contact/case.toml"
+    table.judge("contact", "time of two blocks far apart with a contact over without, 2D", "<=", 1.03,
+                lambda: ratio(steps(APART, 500, CONTACT), steps(APART, 500), options.runs))
+    table.judge("contact", "time of two disks with a contact over that of disks that stick, 2D", "<=", 1.3,
+                lambda: ratio(run(disks), run(disks, "--set", "contact=[]"), options.runs))
+    table.judge("contact", "share of contact in a step, slabs of 8 layers, 3D", "<=", 0.3,
+                lambda: 1 - ratio(steps(SLABS, 20), steps(SLABS, 20, CONTACT), options.runs))
 
 
 def judge_memory(table, bench, _):
@@ -275,6 +338,7 @@ GROUPS = {
     "sizes": judge_sizes,
     "threads": judge_threads,
     "writing": judge_writing,
+    "contact": judge_contact,
 }
 
 

@@ -53,7 +53,11 @@ for case in "$@"; do
     hertz-contact) draw "$case" --times 4,8,28 --field stress_yy --limits=-100,0 --curve history.csv:contact_0_force_y ;;
     two-spheres-contact) draw "$case" --times 0.5,1.3,2.4 --field velocity --curve energies ;;
     press-fit) draw "$case" --times 0.5,2,6 --field stress_xx --curve energies ;;
-    rolling-cylinder) draw "$case" --times 0.6,1.0,1.4 --field von_mises --limits 0,5e4 --curve history.csv:plane_force_x ;;
+    rolling-cylinder)
+        set -- "$case" --times 0.6,1.0,1.4 --field von_mises --limits 0,5e4 --curve history.csv:plane_force_x
+        draw "$@"
+        (variant=sphere; draw "$@" --view=-60,20)
+        ;;
     ball-through-slab) draw "$case" --times 0.02,0.04,0.06 --field plastic_strain --limits 0,2 --curve history.csv:ball_velocity_y ;;
     gears) draw "$case" --times 0.5,1.2,4 --field von_mises --limits 0,2e5 --curve history.csv:driven_shaft_rotation_z ;;
     wheel-on-sand) draw "$case" --times 0.5,2,3.5 --field plastic_strain --limits 0,0.5 --curve history.csv:wheel_force_x ;;

@@ -23,6 +23,7 @@ clang           clang++ with all libraries and contracts: all tests
 avx2            `-O3` for AVX2, warnings are errors; unit and pass tests where the machine has it
 avx512          the same for AVX-512
 ranks           a thousand steps of every preset that ranks share, on 1 to 8 ranks of 1 and 2 threads; whole cases under mpiexec; thread sanitizer
+contact         `scripts/contact_rows.py`: cases of contact and obstacles, finer than the tests, against Hertz, Lame and rigid bodies
 everyday        `scripts/everyday.py`: every preset in the everyday cases, whose accounts must close
 package         `scripts/package.sh`, and `scripts/package_check.sh` in a bare Debian 12
 library         `library.min.js` of reports is what npm and esbuild make of its sources
@@ -77,6 +78,7 @@ step_ranks() { # a thousand steps are too many for the checked build
   cmake --preset tsan >/dev/null && cmake --build --preset tsan --target test_unit test_pass || return 1
   for layer in unit pass; do build/tsan/tests/test_$layer --gtest_filter="$filter" || return 1; done
 }
+step_contact() { build_preset release -DORDO_WERROR=ON && /usr/bin/python3 scripts/contact_rows.py --results build/nightly/contact-rows; }
 step_everyday() {
   build_preset release -DORDO_WERROR=ON && /usr/bin/python3 scripts/everyday.py build/release/ordo --results build/nightly/everyday
 }

@@ -560,7 +560,7 @@ FAULTS = [
     fault("contact-late-friction", "friction follows the normal impulse before the sweep", "method/contact_step.cpp",
           "const double limit = pair.friction * @point.p@ + dt_kick_", "p", ONE_SWEEP),
     fault("contact-resists-alone", "the row sum of a contact point has only its own body", "method/contact_step.cpp",
-          "sum += @std::fabs(weight) * at[row]@;", "weight > 0 ? at[row] : Vec<D>{}", ONE_SWEEP),
+          "d += @std::fabs(weight) * at[row]@;", "weight > 0 ? at[row] : Vec<D>{}", ONE_SWEEP),
     fault("stiffening-forgotten", "waves of St. Venant-Kirchhoff's law are as fast as at rest", "material/st_venant_kirchhoff.hpp",
           "return {@std::max(at_rest, pulled + largest * largest * at_rest)@, 0.0};", "at_rest", "unit:Materials.StVenantKirchhoffStiffens"),
     fault("friction-forgets-pressure", "the tangent of friction on an obstacle forgets that pressure changes it", "implicit/obstacle_forces.cpp",

@@ -350,11 +350,17 @@ class Meeting {
         return y;
     }
 
-    /// The velocity that the gap asks for along the normal, m/s.
-    double needed(const ContactPoint<D>& point) const
+    /// The velocity that the gap asks for along the normal, or the anchor of a tied point, m/s.
+    double wanted_across(const ContactPoint<D>& point) const
     {
+        if (point.is_tied) return kAnchor * rate(point) * dot(point.anchor, point.normal);
         if (point.gap > 0 && !point.has_pressed) return point.gap / dt_;
         return (point.gap > 0 ? kClose : kPushOut) * rate(point) * point.gap;
+    }
+    /// The velocity that the anchor asks for along the face, m/s.
+    Vec<D> wanted_along(const ContactPoint<D>& point) const
+    {
+        return kAnchor * rate(point) * (point.anchor - dot(point.anchor, point.normal) * point.normal);
     }
     /// c/h
     double rate(const ContactPoint<D>& point) const
@@ -363,10 +369,10 @@ class Meeting {
     }
     bool is_active(const ContactPoint<D>& point, const Vec<D>& u) const
     {
-        return point.is_tied || point.p > 0 || dot(u, point.normal) + needed(point) < 0;
+        return point.is_tied || point.p > 0 || dot(u, point.normal) + wanted_across(point) < 0;
     }
 
-    /// The rows' sums D of the points, along the axes.
+    /// The rows' sums D of the points.
     void find_resistance(const std::vector<Vec<D>>& u)
     {
         std::vector<double> areas(points_.size()), of_vertices, of_nodes;
@@ -379,16 +385,19 @@ class Meeting {
         const std::vector<Vec<D>> at = at_vertices(response);
         resistance_.resize(points_.size());
         parallel_for_each(count(points_), [&](std::ptrdiff_t q) {
-            Vec<D> sum{};
-            for_each_row(q, [&](int row, double weight) { sum += std::fabs(weight) * at[row]; });
-            resistance_[q] = sum;
+            const Vec<D>& n = points_[q].normal;
+            Vec<D> d{};
+            for_each_row(q, [&](int row, double weight) { d += std::fabs(weight) * at[row]; });
+            double across = 0.0;
+            for (int a = 0; a < D; ++a) across += n[a] * n[a] * d[a];
+            resistance_[q] = {across, largest_along(n, d, across)};
         });
-        find_resistance_of_obstacles(areas);
+        add_resistance_of_obstacles(areas);
     }
 
-    /// Finds what moved obstacles add to the sums along normals and tangents. Either is an upper bound of its part of the operator, and
+    /// Adds what moved obstacles resist. Along normals and tangents either is an upper bound of its part of the operator, and
     /// twice both of the whole, so that sweeps do not diverge.
-    void find_resistance_of_obstacles(const std::vector<double>& areas)
+    void add_resistance_of_obstacles(const std::vector<double>& areas)
     {
         std::vector<Yield> sum(inertias_.size());
         for (std::size_t q = 0; q < points_.size(); ++q) {
@@ -399,13 +408,12 @@ class Meeting {
             sum[k].pushed_along += areas[q] * yields_[q].pushed_along;
             sum[k].turned_along += areas[q] * yields_[q].turned_along;
         }
-        of_obstacles_.assign(points_.size(), {});
         for (std::size_t q = 0; q < points_.size(); ++q) {
             const int k = obstacle_of(points_[q]);
             if (k < 0 || !inertias_[k].is_moved) continue;
-            const Yield& y   = yields_[q];
-            of_obstacles_[q] = {y.pushed * sum[k].pushed + y.turned * sum[k].turned,
-                                y.pushed_along * sum[k].pushed_along + y.turned_along * sum[k].turned_along};
+            const Yield& y = yields_[q];
+            resistance_[q].across += y.pushed * sum[k].pushed + y.turned * sum[k].turned;
+            resistance_[q].along += y.pushed_along * sum[k].pushed_along + y.turned_along * sum[k].turned_along;
         }
     }
 
@@ -429,24 +437,18 @@ class Meeting {
     {
         ContactPoint<D>& point     = points_[q];
         const ContactPair<D>& pair = pair_of(point);
-        const Vec<D>&n = point.normal, &d = resistance_[q];
-        double across = 0.0;  // D along the normal
-        for (int a = 0; a < D; ++a) across += n[a] * n[a] * d[a];
-        const double along = largest_along(n, d, across) + of_obstacles_[q].along;
-        across += of_obstacles_[q].across;
-        const double all = across + (D - 1) * along;
-        if (!(all > 0)) return {};
+        const Resistance& d        = resistance_[q];
+        const Vec<D>& n            = point.normal;
         const double u_n = dot(u, n), p = point.p;
         const Vec<D> u_t = u - u_n * n, t = point.t;
-        const double pull = kAnchor * rate(point);
-        if (across > 1e-9 * all) {
-            point.p = p - (u_n + (point.is_tied ? pull * dot(point.anchor, n) : needed(point))) / across;
+        if (d.acts_across()) {
+            point.p = p - (u_n + wanted_across(point)) / d.across;
             if (!point.is_tied) point.p = std::max(0.0, point.p);
         }
         const bool grips = point.is_tied || pair.type == ContactType::no_slip || pair.type == ContactType::tied;
         point.sticks     = point.is_tied || (point.p > 0 && pair.type != ContactType::frictionless);
-        if (point.sticks && along > 1e-9 * all) {
-            point.t -= (1 / along) * (u_t + pull * (point.anchor - dot(point.anchor, n) * n));
+        if (point.sticks && d.acts_along()) {
+            point.t -= (1 / d.along) * (u_t + wanted_along(point));
             const double limit = pair.friction * point.p + dt_kick_ * pair.adhesion, size = norm(point.t);
             if (!grips && size > limit) {
                 point.t *= limit / size;
@@ -529,9 +531,12 @@ class Meeting {
         bool is_moved = false;
         Mat<3> inverse{};  ///< 1/(kg m^2)
     };
-    /// Of a row sum.
+    /// A row sum, along the normal and at most along a tangent, m^(D-1)/kg.
     struct Resistance {
         double across = 0.0, along = 0.0;
+        /// Where neither the other nor rounding is all there is.
+        bool acts_across() const { return across > 1e-9 * (across + (D - 1) * along); }
+        bool acts_along() const { return along > 1e-9 * (across + (D - 1) * along); }
     };
 
     const Model<D>& model_;
@@ -553,10 +558,10 @@ class Meeting {
     std::vector<std::ptrdiff_t> node_;  ///< records of the nodes
     std::vector<Lanes> records_;        ///< of the nodes, after the kick
     std::vector<Vec<D>> v_, inverse_mass_, impulse_;
-    std::vector<Vec<D>> before_, after_, resistance_;  ///< at the points
+    std::vector<Vec<D>> before_, after_;  ///< at the points
+    std::vector<Resistance> resistance_;  ///< likewise
     std::vector<Inertia> inertias_;
-    std::vector<Yield> yields_;             ///< at the points
-    std::vector<Resistance> of_obstacles_;  ///< likewise
+    std::vector<Yield> yields_;  ///< at the points
     std::vector<ObstacleMotion<D>> motions_before_;
 };
 

@@ -39,7 +39,7 @@ class Contact(unittest.TestCase):
         self.assertGreater(energy[-1], 0.9)
         apart = [(b["momentum_x"] + b["momentum_y"])[-1] / (b["momentum_x"] + b["momentum_y"])[0] for b in (one, other)]
         for part in apart:
-            self.assertLess(part, -0.89)
+            self.assertLess(part, -0.9)
 
     def slide(self, *args):
         """The acceleration once the load is constant, and the change of energies and works since the start of the load over its work."""
@@ -49,6 +49,13 @@ class Contact(unittest.TestCase):
         total = sum(seen[name] for name in ("total_energy", "potential_energy", "body_force_work", "boundary_work", "contact_0_friction_work", "contact_0_dissipation"))
         total = total[seen["time"] > 0.41]
         return slope, numpy.abs(total - total[0]).max() / abs(seen["body_force_work"][-1]), block
+
+    def test_a_block_rests_without_overlap(self):
+        """But at its edges, where pressure is singular."""
+        _, _, directory = self.run_case("block-on-incline", "--set", "stage.1.duration=0.02")
+        gap = arrays(read_vtk(frames(directory, "contact")[-2][1]).GetPointData())["gap"]
+        self.assertLess(numpy.median(-gap), 3e-5 * 0.1)
+        self.assertGreater(gap.min(), -3e-3 * 0.1)
 
     def test_a_block_slides_like_a_rigid_one(self):
         slope, lost, _ = self.slide()
@@ -102,10 +109,13 @@ class Contact(unittest.TestCase):
         found = arrays(data.GetPointData())
         x2    = vtk_to_numpy(data.GetPoints().GetData())[:, 0] ** 2
         slope, square = numpy.polyfit(x2, found["pressure"] ** 2, 1)  # p^2 = p0^2 (1 - x^2/a^2)
-        peak = 1000 / (1 - 0.3**2) * 0.15 / 2
+        peak  = 1000 / (1 - 0.3**2) * 0.15 / 2
+        exact = peak * numpy.sqrt(numpy.maximum(0, 1 - x2 / 0.15**2))
         self.assertAlmostEqual(square**0.5 / peak, 1, delta=0.05)
         self.assertAlmostEqual((-square / slope) ** 0.5 / 0.15, 1, delta=0.05)
-        self.assertLess(numpy.abs(found["gap"]).max(), 0.01 * 0.05)
+        error = numpy.average((found["pressure"] - exact) ** 2, weights=found["area"]) / numpy.average(exact**2, weights=found["area"])
+        self.assertLess(error**0.5, 0.1)
+        self.assertLess(numpy.abs(found["gap"]).max(), 0.006 * 0.05)
 
     def test_spheres(self):
         seen, bodies, _ = self.run_case("two-spheres-contact")
@@ -165,6 +175,26 @@ class Obstacles(unittest.TestCase):
                 self.assertAlmostEqual(gain(b["time"], b["momentum_x"], 0.95) / mass / exact, 1, delta=0.03)
                 self.assertAlmostEqual(-gain(b["time"], turning, 0.95) / (mass * radius**2 / 2) / spin, 1, delta=wide)
 
+    def test_a_sphere_slips(self):
+        """Down an oblique plane, with the acceleration of a block; 4 cells a radius are too few for its spin."""
+        cosine, sine, radius, friction, centre = 0.75**0.5, 0.5, 0.4, 0.1, (0.6, 0.6, 0.76)
+        c, s = math.cos(0.25), math.sin(0.25)
+        turn = numpy.array(((c, 0, s), (0, 1, 0), (-s, 0, c)))  # x turns down
+        normal, down = turn @ (0, 0, 1), turn @ (cosine, sine, 0)
+        load = [f"'{10 * sine * d!r}*min(1, max(0, (t - 0.3)/0.2)) - {10 * cosine * n!r}'" for d, n in zip(down.tolist(), normal.tolist())]
+        options = {"obstacle.0.friction": friction, "obstacle.0.normal": normal.tolist(), "obstacle.0.point": (centre - radius * normal).tolist(),
+                   "body.0.center": list(centre), "body.0.body_force": f"[{', '.join(load)}]", "stage.0.duration": 0.3, "stage.1.duration": 0.6}
+        _, directory, _ = self.run_case("rolling-cylinder", *(word for key, value in options.items() for word in ("--set", f"{key}={value}")),
+                                        file="case-sphere.toml")
+        b = columns_of(directory, "body_0.csv")
+        place, momentum = (numpy.stack([b[f"{name}_{axis}"] for axis in "xyz"]) for name in ("center", "momentum"))
+        turning = numpy.stack([b[f"angular_momentum_{axis}"] for axis in "xyz"]) - numpy.cross(place, momentum, axis=0)
+        along, across, mass = down @ momentum, numpy.cross(normal, down), b["mass"][0]
+        self.assertAlmostEqual(gain(b["time"], along, 0.55) / mass / (10 * (sine - friction * cosine)), 1, delta=0.02)
+        self.assertLess(numpy.abs(across @ momentum).max(), 0.01 * along.max())  # straight down
+        spin = gain(b["time"], across @ turning, 0.55) / (2 / 5 * mass * radius**2) / (5 / 2 * friction * 10 * cosine / radius)
+        self.assertTrue(0.6 < spin < 1, spin)
+
     def test_taylor_bar_flies_back(self):
         seen, directory, _ = self.run_case("taylor-bar", "--set", "method.scheme=musl", file="case-obstacle.toml")
         held = numpy.genfromtxt(ROOT / "cases/taylor-bar/reference.csv", delimiter=",", skip_header=1, names=True)
@@ -189,6 +219,7 @@ class Obstacles(unittest.TestCase):
         self.assertLess(numpy.abs(lost + seen["ball_work"]).max(), 1e-9 * lost.max())
         taken = sum(seen[column] for column in ("total_energy", "dissipated_energy", "ball_friction_work", "ball_dissipation"))
         self.assertLess(numpy.abs(lost - taken).max(), 0.02 * lost.max())
+        self.assertLess(numpy.abs(lost - taken - seen["stress_update_energy"]).max(), 1e-12 * lost.max())
 
     def test_wheel_on_sand(self):
         """The sand carries the wheel. With more slip it sinks further and takes more moment."""

@@ -178,10 +178,10 @@ class Obstacles(InTemporaryDirectory):
                     self.assert_slides(angle, f'preset = "{preset}"')
 
     def test_points_slide(self):
-        for angle in (0, 17):
-            for method in (POINTS, 'preset = "apic"\nscheme = "musl"'):
-                with self.subTest(angle=angle, method=method):
-                    self.assert_slides(angle, method, shape="particles")
+        apic, splines = 'preset = "apic"\nscheme = "musl"', 'preset = "bsmpm"\nmass = "lumped"\nscheme = "musl"'
+        for angle, method in ((0, POINTS), (17, POINTS), (0, apic), (17, apic), (17, splines)):
+            with self.subTest(angle=angle, method=method):
+                self.assert_slides(angle, method, shape="particles")
 
     @unittest.skipUnless(has_gmsh(), "ordo was built without Gmsh")
     def test_sticks_for_ten_thousand_steps(self):
