@@ -130,6 +130,12 @@ inline bool projects_again(const MethodSpec& s) { return updates_stress_last(s) 
 inline bool strains_by_advanced(const MethodSpec& s) { return updates_stress_last(s) && !projects_again(s); }
 /// Nodal velocities are least-squares fits at the nodes.
 inline bool fits_velocity(const MethodSpec& s) { return s.projection == Projection::mls || s.projection == Projection::imls; }
+/// Fields are fitted or carried by polynomials of `degree`.
+inline bool has_polynomials(const MethodSpec& s)
+{
+    return fits_velocity(s) || s.projection == Projection::tls || s.projection == Projection::polynomial ||
+           s.quadrature == Quadrature::cell || s.quadrature == Quadrature::gauss;
+}
 /// The width of a weight's support, cells.
 inline int width_of(Weight weight) { return weight == Weight::hat ? 2 : weight == Weight::quadratic ? 3 : 4; }
 /// Nodal mass and momentum are sums over Gauss points.

@@ -380,6 +380,13 @@ const std::vector<Rule>& rules()
              return s.filter == Filter::none && (s.filter_order != usual.filter_order || s.filter_every != usual.filter_every);
          },
          "filter_order or filter_every without a filter", "set filter to xpic or fmpm"},
+        {[](const MethodSpec& s) { return s.degree != MethodSpec{}.degree && !has_polynomials(s); },
+         "degree with another projection than mls, imls, tls and polynomial and another quadrature than cell and gauss",
+         "only these have polynomials: set method.projection, or leave degree out"},
+        {[](const MethodSpec& s) { return s.a0 != MethodSpec{}.a0 && s.basis != Basis::ddmpm; },
+         "a0 with a basis other than ddmpm", "it is a parameter of ddmpm: leave it out"},
+        {[](const MethodSpec& s) { return s.lump_below >= 0 && s.mass != MassMatrix::consistent; }, "lump_below with mass lumped",
+         "all nodes are lumped: set method.mass to consistent, or leave lump_below out"},
         {[](const MethodSpec& s) { return s.filter != Filter::none && (s.update != Update::flip || s.pic_fraction > 0); },
          "filter with pic_fraction or an update other than flip",
          "they already remove what nodes do not see, and filter_order 1 is PIC"},

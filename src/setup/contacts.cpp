@@ -68,9 +68,9 @@ void require_law(const ContactSpec& c, Part part, std::size_t k, std::size_t bod
     for (const int b : all)
         if (!(b >= 0 && b < static_cast<int>(bodies))) refuse("bodies", fmt::format("there is no body {}", b));
     if (std::adjacent_find(all.begin(), all.end()) != all.end())
-        refuse("bodies", part == Part::contact
-                             ? "names a body twice: a body does not meet itself; folds of one body stick where they touch"
-                             : "names a body twice");
+        refuse("bodies", part == Part::contact ? "names a body twice: a body does not meet itself; folds of one body stick where "
+                                                 "they touch; where they must not, make it of several bodies"
+                                               : "names a body twice");
     if (!(c.friction >= 0)) refuse("friction", fmt::format("must be zero or positive (got {})", c.friction));
     if (!(c.adhesion >= 0)) refuse("adhesion", fmt::format("must be zero or positive (got {})", c.adhesion));
     if (c.sweeps < 1) refuse("sweeps", fmt::format("must be one or more (got {})", c.sweeps));

@@ -315,6 +315,9 @@ CASE_FAULTS = [
     ("splines on too few cells", [WHOLE, "[method]\npreset = @'spline4'\nremoved_knots = 2\n", WALLS], "method.preset", "there must be 5"),
     ("part of the scheme of splines", ["[method]\npreset = 'cpdi1'\nscheme = @'rk4'\n"], "method.scheme", "use preset spline3"),
     ("degree of the stress without splines", ["[method]\npreset = 'cpdi1'\nstress_degree = @4\n"], "method.stress_degree", "parameters of projection spline-fit"),
+    ("degree without polynomials", ["[method]\npreset = 'cpdi1'\ndegree = @2\n"], "method.degree", "set method.projection"),
+    ("ddmpm's weight without ddmpm", ["[method]\npreset = 'cpdi1'\na0 = @0.3\n"], "method.a0", "leave it out"),
+    ("lumped rows of a lumped mass", ["[method]\npreset = 'cpdi1'\nlump_below = @0.1\n"], "method.lump_below", "set method.mass to consistent"),
     ("gauss points with domains", ["seeding = @'gauss'\n"], "body[0].seeding", 'method.domain "point"'),
     ("gauss points of polar cells", [ring("inner_radius = 0.1\ncells = 'polar'\nseeding = @'gauss'\n")], "body[0].seeding", "cartesian"),
     # tractions

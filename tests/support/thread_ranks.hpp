@@ -27,9 +27,14 @@ enum class Division { parts, random, one };
 /// What the threads share.
 class Crew {
   public:
-    Crew(int count, Division division) : count_(count), division_(division), slots_(static_cast<std::size_t>(count) * count) {}
+    Crew(int count, Division division)
+        : count_(count),
+          division_(division),
+          has_left_(static_cast<std::size_t>(count)),
+          slots_(static_cast<std::size_t>(count) * count)
+    {}
 
-    /// Waits for all. Throws if one of them has failed.
+    /// Waits for all. Throws if one of them has failed or left.
     void meet()
     {
         std::unique_lock lock(mutex_);
@@ -39,7 +44,10 @@ class Crew {
             ++round_;
             changed_.notify_all();
         } else {
-            changed_.wait(lock, [&] { return round_ != round || has_failed_; });
+            auto one_has_left = [&] { return std::find(has_left_.begin(), has_left_.end(), 1) != has_left_.end(); };
+            changed_.wait(lock, [&] { return round_ != round || has_failed_ || one_has_left(); });
+            if (round_ == round && !has_failed_)
+                throw std::runtime_error("another rank has ended, as one does whose ASSERT fails");
         }
         if (has_failed_) throw std::runtime_error("another rank has failed");
     }
@@ -47,6 +55,12 @@ class Crew {
     {
         const std::lock_guard lock(mutex_);
         has_failed_ = true;
+        changed_.notify_all();
+    }
+    void leave(int index)
+    {
+        const std::lock_guard lock(mutex_);
+        has_left_[static_cast<std::size_t>(index)] = 1;
         changed_.notify_all();
     }
     /// Between two meetings: what `from` sends to `to`.
@@ -59,7 +73,8 @@ class Crew {
         mail_[key].push_back(std::move(records));
         changed_.notify_all();
     }
-    /// What has come under some of the keys, by their places in the list; waits for one if `waits`.
+    /// What has come under some of the keys, by their places in the list; waits for one if `waits`. Throws if a rank has failed, or if none of them
+    /// will come because a sender has left.
     std::vector<std::pair<std::size_t, std::vector<Lanes>>> fetch(const std::vector<Key>& keys, bool waits)
     {
         std::unique_lock lock(mutex_);
@@ -73,8 +88,13 @@ class Crew {
             }
             return has_failed_ || !r.empty();
         };
-        if (!look() && waits) changed_.wait(lock, look);
+        auto a_sender_has_left = [&] {
+            return std::any_of(keys.begin(), keys.end(),
+                               [&](const Key& key) { return has_left_[static_cast<std::size_t>(std::get<0>(key))] != 0; });
+        };
+        if (!look() && waits) changed_.wait(lock, [&] { return look() || a_sender_has_left(); });
         if (has_failed_) throw std::runtime_error("another rank has failed");
+        if (r.empty() && waits) throw std::runtime_error("another rank has ended, as one does whose ASSERT fails");
         return r;
     }
     int count() const { return count_; }
@@ -88,6 +108,7 @@ class Crew {
     int waiting_     = 0;
     long round_      = 0;
     bool has_failed_ = false;
+    std::vector<char> has_left_;
     std::vector<Bytes> slots_;
     std::map<Key, std::deque<std::vector<Lanes>>> mail_;
 };
@@ -233,6 +254,7 @@ void on_ranks(int count, Division division, const F& f)
             ThreadRanks ranks(crew, index);
             try {
                 f(ranks);
+                crew.leave(index);
             } catch (...) {
                 const std::lock_guard lock(mutex);
                 if (!first) first = std::current_exception();

@@ -100,6 +100,15 @@ TEST(Ranks, AgreeOnTheFirst)
     });
 }
 
+TEST(Ranks, NoneWaitsForOneThatHasEnded)
+{
+    EXPECT_THROW(test::on_ranks(3, test::Division::parts,
+                                [](Ranks& ranks) {
+                                    if (ranks.index() != 1) largest(ranks, 0);
+                                }),
+                 std::runtime_error);
+}
+
 TEST(Ranks, AFailureOfOneEndsAll)
 {
     EXPECT_THROW(test::on_ranks(3, test::Division::parts,
