@@ -502,7 +502,7 @@ class Processes(InTemporaryDirectory):
         for law in ("", "@ordo.material('mine', wave_speed=lambda par: 12.0)\ndef law(F, dF, dt, state, par):\n"
                         "    for _ in range(50): np.exp(F)\n    return 1e4 * (F - np.eye(3) + np.swapaxes(F, 1, 2) - np.eye(3))\n"
                         "case = ordo.Case.from_dict(block(material=[{'name': 'rubber', 'model': 'mine', 'density': 1000.0}], "
-                        "time={'end': 100.0, 'dt': 1e-4}, watch={'fatal': []}))\n"):
+                        "time={'end': 100.0, 'dt': 1e-6}, watch={'fatal': []}))\n"):
             out = self.run_code(law + """
 sim = ordo.Simulation(case)
 threading.Timer(1.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()

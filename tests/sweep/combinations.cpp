@@ -276,6 +276,10 @@ TEST(Combinations, ForbiddenOnesSayWhy)
         specs.push_back(p.spec);
         specs.back().degree = 3;
         specs.push_back(p.spec);
+        specs.back().a0 = 0.3;
+        specs.push_back(p.spec);
+        specs.back().lump_below = 0.1;
+        specs.push_back(p.spec);
         specs.back().layers = 3;
         specs.push_back(p.spec);
         specs.back().null_damping = 0.5;
