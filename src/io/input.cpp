@@ -829,7 +829,7 @@ MethodSpec resolve_method(MethodInput& in, bool moves_nodes)
         name = name_of(spec.*axis);
     });
     if (updates_stress_last(spec)) spec.strain_velocity = strain_velocity_of(spec);
-    if (spec.mass == MassMatrix::consistent) spec.lump_below = setup::default_lump_below(spec, moves_nodes);
+    spec.lump_below = setup::default_lump_below(spec, moves_nodes);
     if (is_implicit(spec) && spec.ghost_penalty < 0) spec.ghost_penalty = ghost_penalty_of(spec);
     if (spec.scheme == TimeScheme::newmark) {
         if (in.has("newmark_gamma")) spec.newmark_gamma = in.numbers.at("newmark_gamma");

@@ -73,7 +73,7 @@ Model<D> model_of(const CaseSpec<D>& spec)
 {
     Model<D> model{};
     model.method = spec.method;
-    if (spec.method.mass == MassMatrix::consistent && spec.method.lump_below < 0) {
+    if (spec.method.lump_below < 0) {
         const bool has_motion   = std::any_of(spec.boundaries.begin(), spec.boundaries.end(),
                                               [](const BoundarySpec<D>& b) { return moves_nodes(b.type); });
         model.method.lump_below = default_lump_below(spec.method, has_motion);

@@ -98,6 +98,7 @@ void setup::set_up_scheme(const CaseSpec<D>& spec, Model<D>& model, int particle
 
 double setup::default_lump_below(const MethodSpec& method, bool moves_nodes)
 {
+    if (method.mass != MassMatrix::consistent) return method.lump_below;
     constexpr double of_moved_nodes = 0.02;  // from 0.001 on runs were stable (docs/implicit.md)
     return is_implicit(method) && moves_nodes ? of_moved_nodes : lump_below_of(method);
 }

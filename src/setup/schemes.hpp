@@ -15,7 +15,7 @@ std::unique_ptr<Scheme<D>> make_scheme(Model<D> model);
 namespace setup {
 
 /// `lump_below` where it is not given. Implicit steps do best with little, but where conditions move nodes, slivers of bodies beside them would gain
-/// energy with the consistent mass.
+/// energy with the consistent mass. With lumped mass there is none: as it is.
 double default_lump_below(const MethodSpec& method, bool moves_nodes);
 
 /// Adds to the model what the scheme of a case needs, and checks the number of particles. Throws SetupError.

@@ -125,7 +125,8 @@ def shaken(run):
     rigid  = numpy.interp(block["time"], t, step * numpy.cumsum(speed))
     after  = block["time"] >= start
     error  = (block["center_x"] - block["center_x"][after][0] - rigid)[after]
-    return {"difference": numpy.abs(error).max() / numpy.ptp(step * numpy.cumsum(speed - table))}
+    slip   = numpy.ptp(step * numpy.cumsum(speed - table))
+    return {"difference": numpy.abs(error).max() / slip, "slip, m": slip}
 
 
 def spinning(run):
@@ -137,7 +138,7 @@ def spinning(run):
     impulse = numpy.concatenate([[0], numpy.cumsum((press[1:] + press[:-1]) / 2 * numpy.diff(t))])
     lever   = 0.1 * 0.2612 * 2 * math.pi * radii[1] ** 2
     bodies  = [run.body(k)["angular_momentum_z"] for k in (0, 1)]
-    brakes  = t < 0.55
+    brakes  = t < 0.55 + 1e-9
     errors  = [numpy.abs(b / size - (first + sign * lever * impulse / size))[brakes].max() / 0.02
                for b, sign, first, size in zip(bodies, (-1, 1), (0.02, 0.0), inertia)]
     late    = (t > 0.25) & (t < 0.5)
@@ -157,12 +158,12 @@ def press(run):
             "dissipation, J": run.history["contact_0_dissipation"][-1], "strain energy, J": run.history["strain_energy"][-1]}
 
 
-def gears(run):
-    """Means from 1 s on over those of rigid gears."""
+def gears(run, begin=1.0):
+    """Means from `begin` on over those of rigid gears."""
     seen = run.history
-    x, y = (mean(seen, f"contact_0_force_{axis}", 1) for axis in "xy")
-    late = seen["time"] > 1
-    return {"spin": mean(seen, "driven_shaft_rotation_z", 1) * 18 / 12, "moment": abs(mean(seen, "shaft_moment_z", 1)) / (1000 * 12 / 18),
+    x, y = (mean(seen, f"contact_0_force_{axis}", begin) for axis in "xy")
+    late = seen["time"] > begin
+    return {"spin": mean(seen, "driven_shaft_rotation_z", begin) * 18 / 12, "moment": abs(mean(seen, "shaft_moment_z", begin)) / (1000 * 12 / 18),
             "force": math.hypot(x, y) / (1000 / (0.72 * math.cos(math.radians(20)))), "direction, degrees": math.degrees(math.atan2(-x, y)),
             "gain, J": numpy.diff(seen["total_energy"][late][[0, -1]])[0], "dissipation, J": numpy.diff(seen["contact_0_dissipation"][late][[0, -1]])[0]}
 
@@ -183,17 +184,18 @@ def rolling(run, friction=0.5):
     return {"acceleration": gain(b["time"], b["momentum_x"], 0.95) / mass / slope, "spin": -gain(b["time"], turning, 0.95) / (mass * 0.4**2 / 2) / spin}
 
 
-def rolling_sphere(run, friction=0.5):
-    """The same of a sphere; its spin is about the axis across the way."""
+def rolling_sphere(run, friction=0.5, normal=(0.0, 0.0, 1.0), down=(COSINE, SINE, 0.0), begin=0.95):
+    """The same of a sphere on a plane with this normal and line of slope; its spin is about the axis across the way. How far its way is off the
+    slope, and the largest momentum across it over that along it."""
     slope, spin = rigid(friction, 2 / 5, 0.16)
     b = run.body(0)
-    mass, x = b["mass"][0], [b[f"center_{axis}"] for axis in "xyz"]
-    p    = [b[f"momentum_{axis}"] for axis in "xyz"]
-    turn = [b["angular_momentum_x"] - x[1] * p[2] + x[2] * p[1], b["angular_momentum_y"] - x[2] * p[0] + x[0] * p[2]]
-    v    = [gain(b["time"], one, 0.95) / mass for one in p]
-    w    = [gain(b["time"], one, 0.95) / (2 / 5 * mass * 0.4**2) for one in turn]
-    return {"acceleration": math.hypot(v[0], v[1]) / slope, "spin": (w[1] * COSINE - w[0] * SINE) / spin,
-            "direction, degrees": math.degrees(math.atan2(v[1], v[0]))}
+    place, momentum = (numpy.stack([b[f"{name}_{axis}"] for axis in "xyz"]) for name in ("center", "momentum"))
+    turning = numpy.stack([b[f"angular_momentum_{axis}"] for axis in "xyz"]) - numpy.cross(place, momentum, axis=0)
+    across, mass = numpy.cross(normal, down), b["mass"][0]
+    along, aside = numpy.array(down) @ momentum, across @ momentum
+    speeds = [gain(b["time"], one, begin) / mass for one in (along, aside)]
+    return {"acceleration": math.hypot(*speeds) / slope, "spin": gain(b["time"], across @ turning, begin) / (2 / 5 * mass * 0.4**2) / spin,
+            "off the slope, degrees": math.degrees(math.atan2(speeds[1], speeds[0])), "aside": numpy.abs(aside).max() / along.max()}
 
 
 def taylor(run):
